@@ -1,0 +1,37 @@
+#pragma once
+#include "sim/settings.h"
+
+namespace firn {
+
+/// φ(x, t) [m] and n = ∇φ of a collider that has moved for t seconds.
+inline double signed_distance(const Collider& c, const Vec3d& x, double t) {
+    return signed_distance(c.shape, x - t * c.velocity);
+}
+inline Vec3d outward_normal(const Collider& c, const Vec3d& x, double t) {
+    return outward_normal(c.shape, x - t * c.velocity);
+}
+
+/// What contact did to a velocity, and what of it the solve may not change.
+struct Contact {
+    Vec3d v;                        ///< velocity after contact [m/s].
+    enum class Fixes { nothing, normal, everything } fixes;
+};
+
+/// Contact of a point inside a body (φ ≤ 0) with outward normal n; v_rel = v − v_co, v_n = v_rel·n.
+///   sticky:              v ← v_co
+///   v_n ≥ 0:             nothing, the point is leaving
+///   ‖v_t‖ ≤ −μ v_n:      v_rel ← 0, the point sticks to the body
+///   else                 v_rel ← v_t + μ v_n v_t / ‖v_t‖, Coulomb's friction                paper, sec. 8
+Contact collide(const Vec3d& v, const Vec3d& n, const Collider&);
+
+/// What all colliders together did to a velocity.
+struct Collided {
+    Vec3d v;                        ///< velocity afterwards [m/s].
+    Mat3d free;                     ///< projector onto the changes that the solve may still make; I: all.
+    bool touched;                   ///< a contact fixed something.
+};
+
+/// All colliders in their order, at the point x and the time t [s].
+Collided collide(const Vec3d& x, const Vec3d& v, const std::vector<Collider>&, double t);
+
+}  // namespace firn

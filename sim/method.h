@@ -1,0 +1,75 @@
+#pragma once
+#include "sim/simulation.h"
+#include "sim/step.h"
+
+namespace firn {
+
+/// The method for one choice of precision, weights and transfer.
+template <class Real, Weights kind, Transfer transfer> class Method final : public Simulation {
+public:
+    Method(const Setup&, const ParticleSet&);
+
+    StepReport step(double remaining) override;
+    std::size_t size() const override { return ps_.n; }
+    double time() const override { return t_; }
+    long steps() const override { return steps_; }
+    Totals totals() const override;
+    std::vector<float> positions() const override { return in_order(ps_.x); }
+    std::vector<float> velocities() const override { return in_order(ps_.v); }
+    ParticleRows rows(bool full) const override;
+    void save(std::ostream&) const override;
+    void restore(std::istream&) override;
+
+private:
+    bool take_step(double dt, StepReport&);
+    void sort_particles();
+    double wanted_dt() const;
+    std::vector<std::size_t> places() const;
+    std::vector<float> in_order(const Field<Real, 3>&) const;
+    [[noreturn]] void fail(std::uint32_t id, const std::string& what) const;
+
+    Setup setup_;
+    std::vector<SnowModel<Real>> materials_;
+    Particles<Real> ps_;
+    Grid<Real> grid_;
+    std::vector<Offender> offenders_;       ///< of the last attempt.
+    Extremes extremes_;                     ///< after the last step.
+    double t_ = 0;                          ///< [s]
+    long steps_ = 0;
+};
+
+/// One step of the paper, section 4.1; the numbers are the paper's. False: vⁿ⁺¹ would turn particles inside out
+/// (`offenders_`), and nothing has changed for them.
+template <class Real, Weights kind, Transfer transfer>
+bool Method<Real, kind, transfer>::take_step(double dt, StepReport& report) {
+    const Solver& solver = setup_.solver;
+    const Vec3<Real> g = setup_.gravity.cast<Real>();
+    const Motion<Real> motion{Real(dt), Real(solver.flip_blend), materials_, setup_.colliders, t_};
+
+    sort_particles();                                               //     blocks and nodes under the particles
+    rasterize_with_forces<kind, transfer>(ps_, grid_);              //  1  m_i = Σ_p m_p w_ip,  (m v)_i = Σ_p m_p v_p w_ip
+                                                                    //  2  V_p⁰ = m_p / ρ_p, once: in the constructor
+                                                                    //  3  f_i = −Σ_p V_p⁰ P F_Eᵀ ∇w_ip
+    accelerate(grid_, Real(dt), g);                                 //  4  v* = v + Δt (f / m + g)
+    const auto fixed = collide_nodes(grid_, setup_.colliders, t_);  //  5  v* against the bodies
+    if (solver.integrator == Integrator::semi_implicit) {           //  6  (M + β Δt² ∂²Φ/∂x²) vⁿ⁺¹ = M v*
+        const Convergence c = solve<kind>(ps_, grid_, materials_, fixed, Real(dt), solver);
+        report.iterations += c.iterations, report.residual = c.residual, report.converged = c.converged;
+    }
+    offenders_ = inverted<kind>(ps_, grid_, Real(dt), !solver.dt);
+    if (!offenders_.empty()) return false;                          //     a step too long is not taken
+    finish_nodes<transfer>(grid_);
+    extremes_ = advance<kind, transfer>(ps_, grid_, motion);        //  7  F_E, J_P;  8  v_p;  9  v_p against the bodies;
+    return true;                                                    // 10  x_p ← x_p + Δt v_p
+}
+
+extern template class Method<float, Weights::cubic, Transfer::flip>;
+extern template class Method<float, Weights::cubic, Transfer::apic>;
+extern template class Method<float, Weights::quadratic, Transfer::flip>;
+extern template class Method<float, Weights::quadratic, Transfer::apic>;
+extern template class Method<double, Weights::cubic, Transfer::flip>;
+extern template class Method<double, Weights::cubic, Transfer::apic>;
+extern template class Method<double, Weights::quadratic, Transfer::flip>;
+extern template class Method<double, Weights::quadratic, Transfer::apic>;
+
+}  // namespace firn

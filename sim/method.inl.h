@@ -1,0 +1,217 @@
+#pragma once
+#include "sim/method.h"
+
+#include <fmt/format.h>
+
+#include <istream>
+#include <numeric>
+#include <ostream>
+
+namespace firn {
+
+template <class Real, Weights kind, Transfer transfer>
+Method<Real, kind, transfer>::Method(const Setup& setup, const ParticleSet& start) : setup_(setup) {
+    for (const Snow& s : setup_.materials) {
+        const SnowModel<double> m = model(s);
+        materials_.push_back({Real(m.mu0), Real(m.lambda0), Real(m.xi), Real(m.low), Real(m.high)});
+    }
+    ps_.n = start.size();
+    grid_.h = Real(setup_.h);
+    ps_.x.resize(ps_.n), ps_.v.resize(ps_.n), ps_.Fe.resize(ps_.n), ps_.Jp.resize(ps_.n), ps_.tau.resize(ps_.n);
+    ps_.m.resize(ps_.n), ps_.V0.resize(ps_.n), ps_.id.resize(ps_.n);
+    if (transfer == Transfer::apic) ps_.C.resize(ps_.n);
+    if (setup_.materials.size() > 1) ps_.material = start.material;
+    std::iota(ps_.id.begin(), ps_.id.end(), 0);
+    for (std::size_t p = 0; p < ps_.n; ++p) {
+        const SnowModel<Real>& s = materials_[start.material[p]];
+        const double rho = setup_.materials[start.material[p]].rho;
+        const bool sampled = setup_.solver.initial_volume == InitialVolume::sampled;
+        for (int a = 0; a < 3; ++a) ps_.x.at(p, a) = Real(start.x[p](a)), ps_.v.at(p, a) = Real(start.v[p](a));
+        for (int k = 0; k < 9; ++k) ps_.Fe.at(p, k) = Real(start.Fe[p](k));
+        ps_.Jp.at(p) = Real(start.Jp[p]);
+        ps_.m.at(p) = Real(start.m[p]);
+        ps_.V0.at(p) = Real(start.V0[p] > 0 ? start.V0[p] : sampled ? start.m[p] / rho : 0);
+        const Decomposition<Real> d = decompose(matrix_of(ps_.Fe, p));
+        const Lame<Real> k = hardened(s, ps_.Jp.at(p));
+        const Eigen::Matrix<Real, 6, 1> tau = upper_triangle(kirchhoff_stress(d.U, d.s, k));
+        for (int i = 0; i < 6; ++i) ps_.tau.at(p, i) = tau(i);
+        extremes_.speed = std::max(extremes_.speed, start.v[p].norm());
+    }
+    sort_particles();
+    rasterize_with_forces<kind, transfer>(ps_, grid_);
+    set_volumes<kind>(ps_, grid_);                                  //  2  ρ_p = Σ_i m_i w_ip / h³,  V_p⁰ = m_p / ρ_p
+    for (std::size_t p = 0; p < ps_.n; ++p) {
+        const Lame<Real> k = hardened(materials_[ps_.material.empty() ? 0 : ps_.material[p]], ps_.Jp.at(p));
+        extremes_.wave = std::max(extremes_.wave, std::sqrt(double(k.lambda + 2 * k.mu) * ps_.V0.at(p) / ps_.m.at(p)));
+    }
+}
+
+template <class Real, Weights kind, Transfer transfer> void Method<Real, kind, transfer>::sort_particles() {
+    try {
+        grid_.blocks = arrange(runs<kind>(ps_, grid_.h), ps_.n);
+    } catch (const std::out_of_range& lost) {
+        const auto p = std::stoul(lost.what());
+        const Vec3<Real> x = vector_of(ps_.x, p);
+        fail(ps_.id[p], fmt::format("is at ({:g}, {:g}, {:g}) m, where no grid can be", x(0), x(1), x(2)));
+    }
+    const std::vector<std::uint32_t>& order = grid_.blocks.order;
+    if (order.empty()) return;
+    ps_.for_each_field([&](auto& field) {
+        if (field.empty()) return;
+        std::decay_t<decltype(field)> spare;
+        field.permute(order, spare);
+    });
+    const auto reorder = [&](auto& values) {
+        if (values.empty()) return;
+        auto sorted = values;
+        for (std::size_t p = 0; p < order.size(); ++p) sorted[p] = values[order[p]];
+        values.swap(sorted);
+    };
+    reorder(ps_.material), reorder(ps_.id);
+}
+
+/// Δt of the next step [s]. Chosen: at most max_dt; no particle crosses more than 0.4 of a cell; ‖Δt ∇v‖ ≤ 0.2;
+/// and where forces are explicit, Δt ≤ 0.5 h/c with the hardened speed of sound c. (The limit of the ideal
+/// lumped-mass chain is 1.92 h/c for cubic, 1.63 h/c for quadratic weights; free surfaces lower it.)
+template <class Real, Weights kind, Transfer transfer> double Method<Real, kind, transfer>::wanted_dt() const {
+    const Solver& solver = setup_.solver;
+    if (solver.dt) return *solver.dt;
+    double dt = solver.max_dt;
+    if (extremes_.speed > 0) dt = std::min(dt, 0.4 * setup_.h / extremes_.speed);
+    if (extremes_.strain_rate > 0) dt = std::min(dt, 0.2 / extremes_.strain_rate);
+    if (solver.integrator == Integrator::explicit_euler && extremes_.wave > 0)
+        dt = std::min(dt, 0.5 * setup_.h / extremes_.wave);
+    return dt;
+}
+
+template <class Real, Weights kind, Transfer transfer>
+StepReport Method<Real, kind, transfer>::step(double remaining) {
+    constexpr int most_rejections = 20;
+    StepReport report;
+    const double wanted = wanted_dt();
+    double dt = wanted;
+    if (setup_.solver.dt) {
+        if (wanted >= remaining * (1 - 1e-9)) dt = remaining;
+    } else {
+        dt = remaining / std::ceil(remaining / wanted - 1e-9);      // equal steps up to the frame
+    }
+    while (!take_step(dt, report)) {
+        const Offender& worst = *std::min_element(offenders_.begin(), offenders_.end(),
+            [](const Offender& a, const Offender& b) { return a.id < b.id; });
+        if (++report.rejected > most_rejections)
+            fail(worst.id, fmt::format("would be turned inside out ({} = {:g}) even by a step of {:g} s",
+                                       setup_.solver.dt ? "det(I + Δt ∇v)" : "‖Δt ∇v‖", worst.value, dt));
+        dt /= 2;
+    }
+    report.dt = dt;
+    report.nodes = grid_.size();
+    t_ += dt;
+    ++steps_;
+    return report;
+}
+
+template <class Real, Weights kind, Transfer transfer>
+void Method<Real, kind, transfer>::fail(std::uint32_t id, const std::string& what) const {
+    throw SimulationError(fmt::format(
+        "step {} at t = {:.6g} s: particle {} {}; a smaller solver.dt or max_dt, softer materials (E, xi) or slower "
+        "bodies may help, and solver.precision: double where lengths or speeds are extreme", steps_ + 1, t_, id, what));
+}
+
+template <class Real, Weights kind, Transfer transfer> Totals Method<Real, kind, transfer>::totals() const {
+    constexpr double D = BSpline<kind>::second_moment;
+    Totals sum;
+    for (std::size_t p = 0; p < ps_.n; ++p) {
+        const double m = ps_.m.at(p);
+        const Vec3d x = vector_of(ps_.x, p).template cast<double>(), v = vector_of(ps_.v, p).template cast<double>();
+        const SnowModel<double> s = model(setup_.materials[ps_.material.empty() ? 0 : ps_.material[p]]);
+        const Lame<double> k = hardened(s, double(ps_.Jp.at(p)));
+        sum.mass += m;
+        sum.momentum += m * v;
+        sum.angular_momentum += m * x.cross(v);
+        if (transfer == Transfer::apic) {                           // Σ_i w (x_i − x_p) × C (x_i − x_p) = D h² Σ_a e_a × C e_a
+            const Mat3d C = matrix_of(ps_.C, p).template cast<double>();
+            sum.angular_momentum += m * D * setup_.h * setup_.h *
+                                    Vec3d(C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1));
+        }
+        sum.kinetic += m * v.squaredNorm() / 2;
+        sum.elastic += ps_.V0.at(p) * energy_density(elastic(Mat3d(matrix_of(ps_.Fe, p).template cast<double>())), k);
+        sum.potential -= m * setup_.gravity.dot(x);
+    }
+    return sum;
+}
+
+/// Where particle `id` is now, for every id.
+template <class Real, Weights kind, Transfer transfer>
+std::vector<std::size_t> Method<Real, kind, transfer>::places() const {
+    std::vector<std::size_t> at(ps_.n);
+    for (std::size_t p = 0; p < ps_.n; ++p) at[ps_.id[p]] = p;
+    return at;
+}
+
+template <class Real, Weights kind, Transfer transfer>
+std::vector<float> Method<Real, kind, transfer>::in_order(const Field<Real, 3>& field) const {
+    std::vector<float> values(3 * ps_.n);
+    for (std::size_t p = 0; p < ps_.n; ++p)
+        for (int a = 0; a < 3; ++a) values[3 * ps_.id[p] + a] = static_cast<float>(field.at(p, a));
+    return values;
+}
+
+template <class Real, Weights kind, Transfer transfer>
+ParticleRows Method<Real, kind, transfer>::rows(bool full) const {
+    ParticleRows rows{sizeof(Real) == 8, {"x", "y", "z", "vx", "vy", "vz"}, ps_.n, {}};
+    if (full) {
+        for (const char* name : {"mass", "volume", "Jp"}) rows.columns.emplace_back(name);
+        for (int r = 0; r < 3; ++r)
+            for (int c = 0; c < 3; ++c) rows.columns.push_back(fmt::format("Fe_{}{}", r, c));
+    }
+    std::vector<Real> values;
+    values.reserve(ps_.n * rows.columns.size());
+    for (const std::size_t p : places()) {
+        for (int a = 0; a < 3; ++a) values.push_back(ps_.x.at(p, a));
+        for (int a = 0; a < 3; ++a) values.push_back(ps_.v.at(p, a));
+        if (!full) continue;
+        values.insert(values.end(), {ps_.m.at(p), ps_.V0.at(p), ps_.Jp.at(p)});
+        for (int k = 0; k < 9; ++k) values.push_back(ps_.Fe.at(p, 3 * (k % 3) + k / 3));
+    }
+    const auto* bytes = reinterpret_cast<const std::byte*>(values.data());
+    rows.data.assign(bytes, bytes + values.size() * sizeof(Real));
+    return rows;
+}
+
+template <class T> void write_raw(std::ostream& out, const T* data, std::size_t count) {
+    out.write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(count * sizeof(T)));
+}
+template <class T> void read_raw(std::istream& in, T* data, std::size_t count) {
+    if (!in.read(reinterpret_cast<char*>(data), static_cast<std::streamsize>(count * sizeof(T))))
+        throw std::runtime_error("the state ends too early");
+}
+
+/// What a saved state must agree in with the simulation that restores it.
+template <class Real, Weights kind, Transfer transfer> std::array<std::uint64_t, 4> signature(std::size_t n) {
+    return {n, sizeof(Real), std::uint64_t(kind), std::uint64_t(transfer)};
+}
+
+template <class Real, Weights kind, Transfer transfer>
+void Method<Real, kind, transfer>::save(std::ostream& out) const {
+    const auto own = signature<Real, kind, transfer>(ps_.n);
+    write_raw(out, own.data(), own.size());
+    write_raw(out, &extremes_, 1), write_raw(out, &t_, 1), write_raw(out, &steps_, 1);
+    ps_.for_each_field([&](const auto& field) { write_raw(out, field.raw(), field.bytes()); });
+    write_raw(out, ps_.material.data(), ps_.material.size());
+    write_raw(out, ps_.id.data(), ps_.id.size());
+}
+
+template <class Real, Weights kind, Transfer transfer>
+void Method<Real, kind, transfer>::restore(std::istream& in) {
+    auto saved = signature<Real, kind, transfer>(0);
+    read_raw(in, saved.data(), saved.size());
+    if (saved != signature<Real, kind, transfer>(ps_.n)) throw std::runtime_error("the state is of another simulation");
+    read_raw(in, &extremes_, 1), read_raw(in, &t_, 1), read_raw(in, &steps_, 1);
+    ps_.for_each_field([&](auto& field) { read_raw(in, field.raw(), field.bytes()); });
+    read_raw(in, ps_.material.data(), ps_.material.size());
+    read_raw(in, ps_.id.data(), ps_.id.size());
+    for (const std::uint32_t id : ps_.id)
+        if (id >= ps_.n) throw std::runtime_error("the state names a particle that there is not");
+}
+
+}  // namespace firn

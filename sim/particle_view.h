@@ -1,0 +1,15 @@
+#pragma once
+#include <span>
+
+namespace firn {
+
+/// Particles as the renderer sees them, in the order in which they were sampled: entry n is the same particle
+/// in every frame.
+struct ParticleView {
+    std::span<const float> x;  ///< positions [m], 3n: x y z x y z …
+    std::span<const float> v;  ///< velocities [m/s], 3n, or empty.
+    float spacing = 0;         ///< mean distance of neighbours at the start [m]: h / ∛(particles per cell).
+    std::size_t size() const { return x.size() / 3; }
+};
+
+}  // namespace firn

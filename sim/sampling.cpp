@@ -1,0 +1,130 @@
+#include "sim/sampling.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+// Compiled without contraction of a·b + c (see CMakeLists.txt) and without library functions whose last bit may
+// differ: the same seed gives the same particles on every machine.
+
+namespace firn {
+namespace {
+
+using Random = std::mt19937_64;
+
+/// [0, 1), 53 bits. (std::uniform_real_distribution may differ between libraries.)
+double uniform(Random& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
+Vec3d uniform_point(Random& random) {
+    const double x = uniform(random), y = uniform(random), z = uniform(random);
+    return {x, y, z};
+}
+
+/// ∛a for a > 0 by Newton's method, to the last bit or two.
+double cube_root(double a) {
+    double y = 1;
+    while (y * y * y < a) y *= 2;
+    for (int i = 0; i < 200; ++i) {
+        const double next = (2 * y + a / (y * y)) / 3;
+        if (next >= y && i > 0) break;
+        y = next;
+    }
+    return y;
+}
+
+/// A unit cube of points that repeats seamlessly, no two nearer than a radius, found by throwing darts and
+/// lowering the radius whenever no place is left (relaxation dart throwing, McCool and Fiume 1992).
+std::vector<Vec3d> poisson_tile(int count, Random& random) {
+    double radius = cube_root(1.0 / count);
+    const int cells = std::max(1, static_cast<int>(1 / radius));
+    const auto cell = [&](const Vec3d& x, int dx, int dy, int dz) {
+        const auto wrap = [&](double c, int d) { return (std::min(static_cast<int>(c * cells), cells - 1) + d + cells) % cells; };
+        return (wrap(x.x(), dx) * cells + wrap(x.y(), dy)) * cells + wrap(x.z(), dz);
+    };
+    std::vector<std::vector<Vec3d>> at(static_cast<std::size_t>(cells) * cells * cells);
+    const auto crowded = [&](const Vec3d& x) {
+        for (int d = 0; d < 27; ++d)
+            for (const Vec3d& y : at[cell(x, d / 9 - 1, d / 3 % 3 - 1, d % 3 - 1)]) {
+                Vec3d r = (x - y).cwiseAbs();
+                r = r.cwiseMin(Vec3d::Ones() - r);      // the nearest of its repetitions
+                if (r.squaredNorm() < radius * radius) return true;
+            }
+        return false;
+    };
+    std::vector<Vec3d> points;
+    for (int failures = 0; static_cast<int>(points.size()) < count;) {
+        const Vec3d x = uniform_point(random);
+        if (crowded(x)) {
+            if (++failures == 1500) failures = 0, radius *= 0.985;
+            continue;
+        }
+        failures = 0;
+        points.push_back(x);
+        at[cell(x, 0, 0, 0)].push_back(x);
+    }
+    return points;
+}
+
+/// Calls f(i, j, k) for the cells of that width that touch the box.
+template <class F> void for_each_cell(const Bounds& b, double width, F&& f) {
+    const auto first = (b.lower / width).array().floor().eval(), last = (b.upper / width).array().floor().eval();
+    for (double i = first(0); i <= last(0); ++i)
+        for (double j = first(1); j <= last(1); ++j)
+            for (double k = first(2); k <= last(2); ++k) f(Vec3d(i, j, k));
+}
+
+std::vector<Vec3d> points_in(const Body& body, double h, Random& random) {
+    std::vector<Vec3d> points;
+    const Bounds b = bounds(body.shape);
+    if (b.empty()) return points;
+    const auto keep = [&](const Vec3d& x) { if (signed_distance(body.shape, x) < 0) points.push_back(x); };
+    switch (body.sampling) {
+    case Sampling::poisson_disk: {
+        constexpr int count = 4000;                     // a tile: about 8 cells wide at 8 particles a cell
+        const double width = h * cube_root(count / body.particles_per_cell);
+        const std::vector<Vec3d> tile = poisson_tile(count, random);
+        for_each_cell(b, width, [&](const Vec3d& c) { for (const Vec3d& x : tile) keep(width * (c + x)); });
+        break;
+    }
+    case Sampling::lattice: {
+        const double spacing = h / cube_root(body.particles_per_cell);
+        for_each_cell(b, spacing, [&](const Vec3d& c) { keep(spacing * (c + Vec3d::Constant(0.5))); });
+        break;
+    }
+    case Sampling::random: {
+        const auto count = static_cast<std::size_t>(expected_count(body, h) + 0.5);
+        const Vec3d size = b.upper - b.lower;
+        while (points.size() < count) keep(b.lower + size.cwiseProduct(uniform_point(random)));
+        break;
+    }
+    }
+    return points;
+}
+
+}  // namespace
+
+void ParticleSet::append(const ParticleSet& s) {
+    const auto add = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    add(x, s.x), add(v, s.v), add(m, s.m), add(V0, s.V0), add(Jp, s.Jp), add(Fe, s.Fe), add(material, s.material);
+}
+
+double expected_count(const Body& body, double h) {
+    return volume(body.shape) / (h * h * h) * body.particles_per_cell;
+}
+
+ParticleSet sample(const Body& body, double rho, double h, std::uint64_t seed, std::uint8_t material) {
+    Random random(seed);
+    ParticleSet s;
+    s.x = points_in(body, h, random);
+    const std::size_t n = s.x.size();
+    Vec3d center = Vec3d::Zero();
+    for (const Vec3d& x : s.x) center += x / static_cast<double>(n);
+    for (const Vec3d& x : s.x) s.v.push_back(body.velocity + body.angular_velocity.cross(x - center));
+    s.m.assign(n, n == 0 ? 0 : rho * volume(body.shape) / static_cast<double>(n));
+    s.V0.assign(n, 0);
+    s.Jp.assign(n, 1);
+    s.Fe.assign(n, Mat3d::Identity());
+    s.material.assign(n, material);
+    return s;
+}
+
+}  // namespace firn

@@ -1,0 +1,75 @@
+#include "sim/simulation.h"
+
+#include "sim/method.h"
+
+namespace firn {
+namespace {
+
+/// Calls f with the weights and the transfer as types.
+template <class Real, class F> auto choose(const Solver& s, F&& f) {
+    const bool flip = s.transfer == Transfer::flip;
+    if (s.weights == Weights::cubic)
+        return flip ? f.template operator()<Method<Real, Weights::cubic, Transfer::flip>>()
+                    : f.template operator()<Method<Real, Weights::cubic, Transfer::apic>>();
+    return flip ? f.template operator()<Method<Real, Weights::quadratic, Transfer::flip>>()
+                : f.template operator()<Method<Real, Weights::quadratic, Transfer::apic>>();
+}
+
+}  // namespace
+
+std::unique_ptr<Simulation> make_simulation(const Setup& setup, ParticleSet&& start) {
+    const auto make = [&]<class M>() -> std::unique_ptr<Simulation> { return std::make_unique<M>(setup, start); };
+    return setup.solver.precision == Precision::single ? choose<float>(setup.solver, make)
+                                                       : choose<double>(setup.solver, make);
+}
+
+std::size_t bytes_per_particle(const Solver& s) {
+    const std::size_t real = s.precision == Precision::single ? 4 : 8;
+    std::size_t numbers = 3 + 3 + 9 + 1 + 6 + 1 + 1;                       // x v Fe Jp tau m V0
+    numbers += 9;                                                          // the largest field, while it is sorted
+    if (s.transfer == Transfer::apic) numbers += 9;                        // C
+    if (s.integrator == Integrator::semi_implicit) numbers += 9 + 6 + 2 + 9;  // R, K, k, A
+    return numbers * real + 1 + 4 + 4;                                     // material, id, order
+}
+
+std::size_t bytes_per_node(const Solver& s) {
+    const std::size_t real = s.precision == Precision::single ? 4 : 8;
+    return real * (s.integrator == Integrator::semi_implicit ? 8 + 4 * 9 : 8);
+}
+
+std::size_t count_nodes(const ParticleSet& particles, double h, Weights weights) {
+    std::vector<Run> all;
+    for (std::uint32_t p = 0; p < particles.size(); ++p) {
+        Vec3i block;
+        for (int a = 0; a < 3; ++a) {
+            const double X = particles.x[p](a) / h;
+            const double base = weights == Weights::cubic ? BSpline<Weights::cubic>::base(X) : BSpline<Weights::quadratic>::base(X);
+            block(a) = static_cast<int>(std::clamp(base, -2e9, 2e9)) >> 2;
+        }
+        if (all.empty() || all.back().block != block) all.push_back({block, p, p});
+        ++all.back().end;
+    }
+    return arrange(all, particles.size()).nodes();
+}
+
+double estimate_steps(const Setup& setup, const ParticleSet& particles, double seconds) {
+    const Solver& s = setup.solver;
+    if (s.dt) return std::ceil(seconds / *s.dt);
+    double speed = 0, wave = 0;
+    for (const Vec3d& v : particles.v) speed = std::max(speed, v.norm());
+    for (const Snow& snow : setup.materials) {
+        const SnowModel<double> m = model(snow);
+        wave = std::max(wave, std::sqrt((m.lambda0 + 2 * m.mu0) / snow.rho));
+    }
+    // What falls for all that time, and snow that packs to J_P = 0.8 where it lands.
+    speed = std::max(speed, std::sqrt(speed * speed + std::pow(setup.gravity.norm() * std::min(seconds, 0.5), 2)));
+    double dt = std::min(s.max_dt, 0.4 * setup.h / std::max(speed, 1e-30));
+    if (s.integrator == Integrator::explicit_euler) {
+        double xi = 0;
+        for (const Snow& snow : setup.materials) xi = std::max(xi, snow.xi);
+        dt = std::min(dt, 0.5 * setup.h / (wave * std::exp(xi * 0.2 / 2) * std::sqrt(2.0)));
+    }
+    return std::ceil(seconds / dt);
+}
+
+}  // namespace firn

@@ -1,0 +1,221 @@
+#pragma once
+#include "sim/settings.h"
+#include "sim/snow.h"
+
+#include <Eigen/Dense>
+
+#include <cmath>
+#include <vector>
+
+// The method of Stomakhin et al. 2013 as plainly as it can be written: double precision, one thread, a dense
+// grid, every sum over all pairs of particle and node. The ten steps of section 4.1 stand in `step` in their
+// order. It shares no formula with sim/: the tests hold the fast program against it, particle by particle.
+
+namespace firn::reference {
+
+struct Particle {
+    Vec3d x, v;
+    Mat3d F_E = Mat3d::Identity(), F_P = Mat3d::Identity(), C = Mat3d::Zero();
+    double m = 0, V0 = 0;
+};
+
+struct Node {
+    Vec3d x, v_n, v, f;
+    double m;
+    Mat3d free;             ///< what the solve may change: I, or less where contact fixed something.
+};
+
+struct Svd { Mat3d U, V; Vec3d s; };
+
+/// F = U Σ Vᵀ with rotations U and V; the last singular value carries the sign.
+inline Svd svd(const Mat3d& F) {
+    const Eigen::JacobiSVD<Mat3d> d(F, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Svd r{d.matrixU(), d.matrixV(), d.singularValues()};
+    if (r.U.determinant() < 0) r.U.col(2) *= -1, r.s(2) *= -1;
+    if (r.V.determinant() < 0) r.V.col(2) *= -1, r.s(2) *= -1;
+    return r;
+}
+
+struct World {
+    double h = 0.1, t = 0;
+    Vec3d gravity{0, -9.81, 0};
+    Snow snow;
+    Solver solver;
+    std::vector<Collider> colliders;
+    std::vector<Particle> particles;
+    std::vector<Node> nodes;
+
+    double N(double d) const {
+        d = std::abs(d);
+        if (solver.weights == Weights::quadratic)
+            return d < 0.5 ? 0.75 - d * d : d < 1.5 ? (1.5 - d) * (1.5 - d) / 2 : 0;
+        return d < 1 ? d * d * d / 2 - d * d + 2.0 / 3 : d < 2 ? -d * d * d / 6 + d * d - 2 * d + 4.0 / 3 : 0;
+    }
+    double dN(double d) const {
+        const double a = std::abs(d), sign = d < 0 ? -1 : 1;
+        if (solver.weights == Weights::quadratic) return sign * (a < 0.5 ? -2 * a : a < 1.5 ? a - 1.5 : 0);
+        return sign * (a < 1 ? 1.5 * a * a - 2 * a : a < 2 ? -a * a / 2 + 2 * a - 2 : 0);
+    }
+    double w(const Node& i, const Particle& p) const {
+        const Vec3d d = (p.x - i.x) / h;
+        return N(d.x()) * N(d.y()) * N(d.z());
+    }
+    Vec3d grad_w(const Node& i, const Particle& p) const {
+        const Vec3d d = (p.x - i.x) / h;
+        return Vec3d(dN(d.x()) * N(d.y()) * N(d.z()), N(d.x()) * dN(d.y()) * N(d.z()),
+                     N(d.x()) * N(d.y()) * dN(d.z())) / h;
+    }
+    double D() const { return solver.weights == Weights::quadratic ? h * h / 4 : h * h / 3; }
+
+    double mu(const Particle& p) const {
+        return snow.E / (2 * (1 + snow.nu)) * std::exp(snow.xi * (1 - p.F_P.determinant()));
+    }
+    double lambda(const Particle& p) const {
+        return snow.E * snow.nu / ((1 + snow.nu) * (1 - 2 * snow.nu)) * std::exp(snow.xi * (1 - p.F_P.determinant()));
+    }
+    /// P = 2μ (F − R) + λ (J − 1) J F⁻ᵀ
+    Mat3d P(const Particle& p) const {
+        const Svd d = svd(p.F_E);
+        const double J = p.F_E.determinant();
+        return 2 * mu(p) * (p.F_E - d.U * d.V.transpose()) + lambda(p) * (J - 1) * J * p.F_E.inverse().transpose();
+    }
+    /// ∂²Ψ/∂F² : δF, with δR from Rᵀ δF − δFᵀ R = K S + S K solved for the skew K as nine linear equations, and
+    /// δ(J F⁻ᵀ) = (J F⁻ᵀ : δF) F⁻ᵀ − J F⁻ᵀ δFᵀ F⁻ᵀ.
+    Mat3d dP(const Particle& p, const Mat3d& dF) const {
+        const Svd d = svd(p.F_E);
+        const Mat3d R = d.U * d.V.transpose(), S = R.transpose() * p.F_E;
+        Eigen::Matrix<double, 9, 3> A;
+        for (int k = 0; k < 3; ++k) {
+            const Mat3d K = cross(Vec3d::Unit(k)), KS = K * S + S * K;
+            A.col(k) = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(KS.data());
+        }
+        const Mat3d W = R.transpose() * dF - dF.transpose() * R;
+        const Vec3d omega = A.colPivHouseholderQr().solve(Eigen::Map<const Eigen::Matrix<double, 9, 1>>(W.data()));
+        const double J = p.F_E.determinant();
+        const Mat3d T = p.F_E.inverse().transpose(), cof = J * T;
+        const double dJ = cof.cwiseProduct(dF).sum();
+        return 2 * mu(p) * (dF - R * cross(omega)) + lambda(p) * dJ * cof +
+               lambda(p) * (J - 1) * (dJ * T - J * T * dF.transpose() * T);
+    }
+    static Mat3d cross(const Vec3d& a) {
+        Mat3d K;
+        K << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+        return K;
+    }
+
+    /// Velocity v at x against every body; `free` loses what contact fixes.
+    Vec3d against_bodies(const Vec3d& x, Vec3d v, Mat3d& free) const {
+        for (const Collider& c : colliders) {
+            const Vec3d at = x - t * c.velocity;
+            if (signed_distance(c.shape, at) > 0) continue;
+            const Vec3d n = outward_normal(c.shape, at), v_rel = v - c.velocity;
+            const double v_n = v_rel.dot(n);
+            const Vec3d v_t = v_rel - v_n * n;
+            if (c.contact != ContactLaw::sticky && v_n >= 0) continue;
+            if (c.contact == ContactLaw::sticky || v_t.norm() <= -c.friction * v_n) {
+                v = c.velocity;
+                free.setZero();
+            } else {
+                v = v_t + c.friction * v_n * v_t.normalized() + c.velocity;
+                const Vec3d m = free * n;
+                if (m.norm() > 1e-6) free -= m * m.transpose() / m.squaredNorm();
+            }
+        }
+        return v;
+    }
+
+    void make_nodes() {
+        nodes.clear();
+        Vec3d low = Vec3d::Constant(1e300), high = -low;
+        for (const Particle& p : particles) low = low.cwiseMin(p.x / h), high = high.cwiseMax(p.x / h);
+        for (double i = std::floor(low.x()) - 2; i <= high.x() + 2; ++i)
+            for (double j = std::floor(low.y()) - 2; j <= high.y() + 2; ++j)
+                for (double k = std::floor(low.z()) - 2; k <= high.z() + 2; ++k)
+                    nodes.push_back({h * Vec3d(i, j, k), Vec3d::Zero(), Vec3d::Zero(), Vec3d::Zero(), 0, Mat3d::Identity()});
+    }
+    void rasterize() {
+        make_nodes();
+        for (Node& i : nodes) {
+            for (const Particle& p : particles) {
+                const Vec3d v = solver.transfer == Transfer::apic ? Vec3d(p.v + p.C * (i.x - p.x)) : p.v;
+                i.m += p.m * w(i, p);
+                i.v_n += p.m * w(i, p) * v;
+            }
+            if (i.m > 0) i.v_n /= i.m;
+        }
+    }
+    void set_volumes() {
+        rasterize();
+        for (Particle& p : particles) {
+            double rho = 0;
+            for (const Node& i : nodes) rho += i.m * w(i, p) / (h * h * h);
+            p.V0 = p.m / rho;
+        }
+    }
+
+    /// (M + β Δt² ∂²Φ/∂x²) vⁿ⁺¹ = M v* as a dense matrix, solved for what contact left free.
+    void solve(double dt) {
+        std::vector<Node*> active;
+        for (Node& i : nodes) if (i.m > 0) active.push_back(&i);
+        const auto n = static_cast<Eigen::Index>(3 * active.size());
+        Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n), Q = A;
+        Eigen::VectorXd v(n), m(n);
+        for (std::size_t a = 0; a < active.size(); ++a) {
+            v.segment<3>(3 * a) = active[a]->v;
+            m.segment<3>(3 * a).setConstant(active[a]->m);
+            Q.block<3, 3>(3 * a, 3 * a) = active[a]->free;
+        }
+        A.diagonal() = m;
+        for (const Particle& p : particles)
+            for (std::size_t b = 0; b < active.size(); ++b) {
+                if (w(*active[b], p) == 0) continue;
+                for (int c = 0; c < 3; ++c) {
+                    const Mat3d dF = Vec3d::Unit(c) * grad_w(*active[b], p).transpose() * p.F_E;
+                    const Mat3d A_p = p.V0 * dP(p, dF) * p.F_E.transpose();
+                    for (std::size_t a = 0; a < active.size(); ++a)
+                        A.block<3, 1>(3 * a, 3 * b + c) += solver.beta * dt * dt * A_p * grad_w(*active[a], p);
+                }
+            }
+        // Scaled by M^−½ from both sides, since masses span many powers of ten.
+        const Eigen::VectorXd scale = m.cwiseSqrt().cwiseInverse();
+        const Eigen::MatrixXd E = scale.asDiagonal() * (Q * A * Q) * scale.asDiagonal();
+        const Eigen::VectorXd residual = scale.cwiseProduct(Q * (m.cwiseProduct(v) - A * v));
+        const Eigen::MatrixXd fixed = Eigen::MatrixXd::Identity(n, n) - Q;
+        const Eigen::VectorXd dv = scale.cwiseProduct((E + fixed).partialPivLu().solve(residual));
+        for (std::size_t a = 0; a < active.size(); ++a) active[a]->v += active[a]->free * dv.segment<3>(3 * a);
+    }
+
+    void step(double dt) {
+        rasterize();                                                                        //  1 (2: set_volumes)
+        for (Node& i : nodes)                                                               //  3
+            for (const Particle& p : particles) i.f -= p.V0 * P(p) * p.F_E.transpose() * grad_w(i, p);
+        for (Node& i : nodes) if (i.m > 0) i.v = i.v_n + dt * (i.f / i.m + gravity);        //  4
+        for (Node& i : nodes) if (i.m > 0) i.v = against_bodies(i.x, i.v, i.free);          //  5
+        if (solver.integrator == Integrator::semi_implicit) solve(dt);                      //  6
+        for (Particle& p : particles) {
+            Mat3d grad_v = Mat3d::Zero(), C = Mat3d::Zero();
+            Vec3d pic = Vec3d::Zero(), flip = p.v;
+            for (const Node& i : nodes) {
+                grad_v += i.v * grad_w(i, p).transpose();
+                C += w(i, p) * i.v * (i.x - p.x).transpose() / D();
+                pic += w(i, p) * i.v;
+                flip += w(i, p) * (i.v - i.v_n);
+            }
+            const Mat3d F_trial = (Mat3d::Identity() + dt * grad_v) * p.F_E;                //  7
+            const Mat3d F = F_trial * p.F_P;
+            const Svd d = svd(F_trial);
+            const Vec3d s = d.s.cwiseMax(1 - snow.theta_c).cwiseMin(1 + snow.theta_s);
+            p.F_E = d.U * s.asDiagonal() * d.V.transpose();
+            p.F_P = d.V * s.cwiseInverse().asDiagonal() * d.U.transpose() * F;
+            const double alpha = solver.transfer == Transfer::apic ? 0 : solver.flip_blend;
+            p.v = (1 - alpha) * pic + alpha * flip;                                         //  8
+            p.C = C;
+            Mat3d ignored = Mat3d::Identity();
+            p.v = against_bodies(p.x, p.v, ignored);                                        //  9
+            p.x += dt * p.v;                                                                // 10
+        }
+        t += dt;
+    }
+};
+
+}  // namespace firn::reference

@@ -1,0 +1,56 @@
+#include "sim/shape.h"
+#include "tests/random_matrices.h"
+
+#include <catch2/catch.hpp>
+
+using namespace firn;
+
+namespace {
+
+const Shape exact[] = {Plane{{0.1, 0.2, 0}, {1, 3, -1}}, Sphere{{0.2, 0, -0.1}, 0.7}, Box{{0, 0.3, 0}, {1, 2, 0.6}},
+                       Cylinder{{0, -0.5, 0.2}, {0.3, 0.9, 0}, 0.5}, Capsule{{0, -0.5, 0.2}, {0.3, 0.9, 0}, 0.4}};
+
+}  // namespace
+
+TEST_CASE("following the normal leads to the surface, at the signed distance", "[shape]") {
+    RandomInput random;
+    for (const Shape& s : exact)
+        for (int n = 0; n < 2000; ++n) {
+            const Vec3d x = random.vector();
+            const double d = signed_distance(s, x);
+            const Vec3d normal = outward_normal(s, x);
+            CAPTURE(s.index(), x, d, normal);
+            REQUIRE(normal.norm() == Approx(1));
+            REQUIRE(signed_distance(s, x - d * normal) == Approx(0).margin(1e-9));
+            // Nothing nearer: a distance changes by no more than one moves.
+            const Vec3d y = x + 0.1 * random.vector();
+            REQUIRE(std::abs(signed_distance(s, y) - d) <= (y - x).norm() + 1e-12);
+        }
+}
+
+TEST_CASE("bounds hold the shape and volumes are those of the inside", "[shape]") {
+    RandomInput random;
+    const Shape shapes[] = {exact[1], exact[2], exact[3], exact[4], Ellipsoid{{0, 0.1, 0}, {0.4, 0.8, 0.6}},
+                            Union{{Shape(Sphere{{0, 0, 0}, 0.5}), Shape(Box{{0.6, 0, 0}, {0.8, 0.4, 0.4}})}},
+                            Difference{{Shape(Sphere{{0, 0, 0}, 0.9}), Shape(Plane{{0, 0.1, 0}, {0, 1, 0}})}}};
+    for (const Shape& s : shapes) {
+        const Bounds b = bounds(s);
+        const int n = 200000;
+        int inside = 0, beyond = 0;
+        for (int i = 0; i < n; ++i) {
+            const Vec3d u((random.bits() >> 11) * 0x1p-53, (random.bits() >> 11) * 0x1p-53, (random.bits() >> 11) * 0x1p-53);
+            const Vec3d x = b.lower + (b.upper - b.lower).cwiseProduct(u);
+            inside += signed_distance(s, x) < 0;
+            const Vec3d far = 1.5 * random.vector();
+            beyond += signed_distance(s, far) < 0 && ((far - b.lower).minCoeff() < 0 || (b.upper - far).minCoeff() < 0);
+        }
+        CAPTURE(s.index());
+        CHECK(beyond == 0);
+        CHECK(volume(s) == Approx(inside * (b.upper - b.lower).prod() / n).epsilon(0.01));
+    }
+}
+
+TEST_CASE("an empty union has no inside", "[shape]") {
+    CHECK(bounds(Shape(Union{})).empty());
+    CHECK(signed_distance(Shape(Union{}), Vec3d::Zero()) > 0);
+}

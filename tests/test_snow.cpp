@@ -1,0 +1,137 @@
+#include "sim/snow.h"
+#include "tests/random_matrices.h"
+
+#include <catch2/catch.hpp>
+
+using namespace firn;
+
+namespace {
+
+const Lame<double> lame{58333, 38889};  // [Pa], the default snow's
+
+double psi(const Mat3d& F) { return energy_density(elastic(F), lame); }
+Mat3d P(const Mat3d& F) { return stress(elastic(F), lame); }
+
+}  // namespace
+
+TEST_CASE("energy and stress vanish at every rotation", "[snow]") {
+    RandomInput random;
+    for (int n = 0; n < 100; ++n) {
+        const Mat3d R = random.rotation();
+        REQUIRE(psi(R) < 1e-24);
+        REQUIRE(P(R).norm() < 1e-9);
+    }
+}
+
+TEST_CASE("energy does not see a rotation of the world, stress turns with it", "[snow]") {
+    RandomInput random;
+    for (int n = 0; n < 100; ++n) {
+        const Mat3d F = random.deformation(), Q = random.rotation();
+        REQUIRE(psi(Q * F) == Approx(psi(F)).epsilon(1e-12));
+        REQUIRE((P(Q * F) - Q * P(F)).norm() < 1e-9);
+    }
+}
+
+TEST_CASE("P is the derivative of the energy", "[snow]") {
+    RandomInput random;
+    for (int n = 0; n < 200; ++n) {
+        const Mat3d F = random.deformation(), dF = random.matrix();
+        const double h = 1e-5;      // error of the scheme: h² ‖Ψ'''‖ + ε Ψ / h ≈ 1e-10 λ
+        const double numeric = (psi(F + h * dF) - psi(F - h * dF)) / (2 * h);
+        CAPTURE(F, dF);
+        REQUIRE(std::abs(P(F).cwiseProduct(dF).sum() - numeric) < 1e-7 * lame.mu);
+    }
+}
+
+TEST_CASE("dP is the derivative of P", "[snow]") {
+    RandomInput random;
+    for (int n = 0; n < 200; ++n) {
+        const Mat3d F = random.deformation(), dF = random.matrix();
+        const double h = 1e-5;
+        const Mat3d numeric = (P(F + h * dF) - P(F - h * dF)) / (2 * h);
+        CAPTURE(F, dF);
+        REQUIRE((stress_differential(elastic(F), lame, dF) - numeric).norm() < 1e-7 * lame.mu * dF.norm());
+    }
+}
+
+TEST_CASE("dP is symmetric", "[snow]") {
+    RandomInput random;
+    for (int n = 0; n < 200; ++n) {
+        const Elastic<double> e = elastic(random.deformation());
+        const Mat3d a = random.matrix(), b = random.matrix();
+        const double ab = stress_differential(e, lame, a).cwiseProduct(b).sum();
+        const double ba = stress_differential(e, lame, b).cwiseProduct(a).sum();
+        REQUIRE(ab == Approx(ba).epsilon(1e-12).margin(1e-12 * lame.mu));
+    }
+}
+
+TEST_CASE("dR is the derivative of the rotation, and stays tangent to it", "[snow]") {
+    RandomInput random;
+    for (int n = 0; n < 200; ++n) {
+        const Mat3d F = random.deformation(), dF = random.matrix();
+        const Elastic<double> e = elastic(F);
+        const Mat3d dR = rotation_differential(e.R, rotation_system_inverse(e.S), dF);
+        const double h = 1e-6;
+        const Mat3d numeric = (elastic(Mat3d(F + h * dF)).R - elastic(Mat3d(F - h * dF)).R) / (2 * h);
+        REQUIRE((dR - numeric).norm() < 1e-8 * dF.norm());
+        const Mat3d K = e.R.transpose() * dR;
+        REQUIRE((K + K.transpose()).norm() < 1e-12 * dF.norm());
+    }
+}
+
+TEST_CASE("compressed snow has three soft modes, as deep as theory says", "[snow]") {
+    // Twists of F = s I: eigenvalue 2μ (1 − 1/s) + λ (J − 1) s, −5765 Pa at the clamp.
+    const Elastic<double> e = elastic(Mat3d(0.975 * Mat3d::Identity()));
+    Mat3d twist = Mat3d::Zero();
+    twist(0, 1) = 1 / std::sqrt(2.0), twist(1, 0) = -twist(0, 1);
+    CHECK(stress_differential(e, lame, twist).cwiseProduct(twist).sum() == Approx(-5765).epsilon(1e-3));
+}
+
+TEST_CASE("the Kirchhoff stress is P F^T", "[snow]") {
+    RandomInput random;
+    for (int n = 0; n < 100; ++n) {
+        const Mat3d F = random.deformation();
+        const Decomposition<double> d = decompose(F);
+        REQUIRE((kirchhoff_stress(d.U, d.s, lame) - P(F) * F.transpose()).norm() < 1e-12 * lame.mu);
+    }
+}
+
+TEST_CASE("compaction hardens by exp(xi (1 - Jp)) and the defaults are the paper's", "[snow]") {
+    const SnowModel<double> s = model(Snow{});
+    CHECK(s.mu0 == Approx(58333.3).epsilon(1e-5));
+    CHECK(s.lambda0 == Approx(38888.9).epsilon(1e-5));
+    CHECK(hardened(s, 1.0).mu == Approx(s.mu0));
+    CHECK(hardened(s, 0.9).lambda == Approx(s.lambda0 * std::exp(1.0)));
+    CHECK(hardened(s, 1.1).mu == Approx(s.mu0 * std::exp(-1.0)));
+}
+
+TEST_CASE("the return mapping keeps F_E F_P, clips at its limits and is idempotent", "[snow]") {
+    RandomInput random;
+    const SnowModel<double> s = model(Snow{});
+    for (int n = 0; n < 500; ++n) {
+        const Mat3d trial = random.deformation(0.03);
+        const double Jp = 0.9 + 0.2 * std::abs(std::sin(n));
+        const Returned<double> r = return_map(s, trial, Jp);
+        REQUIRE(r.Fe.determinant() * r.Jp == Approx(trial.determinant() * Jp).epsilon(1e-13));
+        const Vec3d sigma = decompose(r.Fe).s;
+        REQUIRE(sigma.maxCoeff() <= s.high * (1 + 1e-14));
+        REQUIRE(sigma.minCoeff() >= s.low * (1 - 1e-14));
+        REQUIRE((r.tau - stress(elastic(r.Fe), hardened(s, r.Jp)) * r.Fe.transpose()).norm() < 1e-9 * s.mu0);
+        // The rotation of the trial state is kept: only stretches are cut.
+        REQUIRE((elastic(r.Fe).R - elastic(trial).R).norm() < 1e-12);
+        const Returned<double> again = return_map(s, r.Fe, r.Jp);
+        REQUIRE((again.Fe - r.Fe).norm() < 1e-14);
+        REQUIRE(again.Jp == Approx(r.Jp).epsilon(1e-14));
+    }
+}
+
+TEST_CASE("what needs no cut is kept to the bit", "[snow]") {
+    RandomInput random;
+    const SnowModel<double> s = model(Snow{});
+    for (int n = 0; n < 100; ++n) {
+        const Mat3d trial = random.rotation() * (Mat3d::Identity() + 1e-4 * random.matrix());
+        const Returned<double> r = return_map(s, trial, 0.95);
+        REQUIRE(r.Fe == trial);
+        REQUIRE(r.Jp == 0.95);
+    }
+}
