@@ -46,6 +46,7 @@ template <class Real, Weights kind> struct Stencil {
     Real dN[3][width];      ///< dN/dx [1/m].
 
     Stencil(const Vec3<Real>& x, Real h) {
+        const Real per_h = 1 / h;
         for (int a = 0; a < 3; ++a) {
             // A true division: a product with 1/h could be contracted differently from place to place, and a
             // particle on the border would then have two base nodes.
@@ -53,7 +54,7 @@ template <class Real, Weights kind> struct Stencil {
             base(a) = static_cast<int>(b);
             t[a] = X - b;
             BSpline<kind>::evaluate(t[a], N[a], dN[a]);
-            for (Real& d : dN[a]) d /= h;
+            for (Real& d : dN[a]) d *= per_h;
         }
     }
 };

@@ -54,76 +54,115 @@ template <class Real> void project(const std::vector<FixedNode<Real>>& fixed, No
 }
 
 /// ∂²Φ/∂x² of all particles at F_Eⁿ with μ, λ frozen, matrix-free: the report's (3) and (4). What does not
-/// change within a solve is computed once.
+/// change within a solve is computed once, and lies in the order in which it is used: eight particles of one
+/// block at a time.
 template <class Real, Weights kind> class Hessian {
 public:
     using P = Pack<Real, lanes>;
+    static constexpr int width = BSpline<kind>::width;
 
     Hessian(const Particles<Real>& ps, const Grid<Real>& grid, const std::vector<SnowModel<Real>>& materials)
-        : ps_(ps), grid_(grid) {
-        R_.resize(ps.n), K_.resize(ps.n), k_.resize(ps.n), A_.resize(ps.n);
-        const auto groups = static_cast<std::ptrdiff_t>((ps.n + lanes - 1) / lanes);
-#pragma omp parallel for schedule(static)
-        for (std::ptrdiff_t g = 0; g < groups; ++g) {
-            const Decomposition<P> d = decompose(matrices_of(ps.Fe, g));
-            const Mat3<P> S = d.V * d.s.asDiagonal() * d.V.transpose();
-            const Lame<P> k = hardened(models_of(ps, materials, g), ps.Jp.pack(g));
-            store(R_, g, d.rotation());
-            store(K_, g, upper_triangle(rotation_system_inverse(S)));
-            k_.pack(g, 0) = ps.V0.pack(g) * k.mu, k_.pack(g, 1) = ps.V0.pack(g) * k.lambda;
+        : grid_(grid) {
+        const std::vector<ParticleBlock>& blocks = grid.blocks.particle_blocks;
+        for (const ParticleBlock& b : blocks) {
+            first_.push_back(elements_.size());
+            elements_.resize(elements_.size() + (b.end - b.begin + lanes - 1) / lanes);
         }
+        const auto count = static_cast<std::ptrdiff_t>(blocks.size());
+#pragma omp parallel for schedule(dynamic)
+        for (std::ptrdiff_t i = 0; i < count; ++i)
+            for (std::uint32_t p = blocks[i].begin; p < blocks[i].end; p += lanes)
+                elements_[first_[i] + (p - blocks[i].begin) / lanes] = element(ps, blocks[i], p, materials);
     }
 
     /// (∂²Φ/∂x² u)_i = Σ_p V_p⁰ A_p F_Eᵀ ∇w_ip with A_p = ∂²Ψ/∂F_E∂F_E : Σ_j u_j ∇w_jpᵀ F_E.
     NodeField<Real> operator()(const NodeField<Real>& u) const {
-        constexpr int width = BSpline<kind>::width;
         using N4 = NodeVector<Real>;
-        gather_groups<width>(grid_.blocks, ps_.n, u.at, [&](std::size_t g, auto& tile_of) {
-            Mat3<P> gradient = Mat3<P>::Zero();
-            for (std::size_t p = g * lanes; p < std::min((g + 1) * lanes, ps_.n); ++p) {
-                const auto [tile, block] = tile_of(p);
-                const Stencil<Real, kind> s(vector_of(ps_.x, p), grid_.h);
-                const Interpolated<N4> i = interpolate<kind, Transfer::flip>(tile, block, s);
-                for (int c = 0; c < 9; ++c) gradient(c).lanes[p % lanes] = i.d[c / 3][c % 3];
-            }
-            const Mat3<P> F = matrices_of(ps_.Fe, g), dF = gradient * F;
-            Mat3<P> K;
-            K << K_.pack(g, 0), K_.pack(g, 1), K_.pack(g, 2), K_.pack(g, 1), K_.pack(g, 3), K_.pack(g, 4),
-                K_.pack(g, 2), K_.pack(g, 4), K_.pack(g, 5);
-            const Mat3<P> dR = rotation_differential(matrices_of(R_, g), K, dF);
-            const Lame<P> k{k_.pack(g, 0), k_.pack(g, 1)};
-            store(A_, g, Mat3<P>(stress_differential(F, dR, k, dF) * F.transpose()));
-        });
         NodeField<Real> f;
         f.at.assign(grid_.size(), N4(0));
-        scatter_blocks<width>(grid_.blocks, f.at, [&](const ParticleBlock& b, auto& tile) {
-            for (std::uint32_t p = b.begin; p < b.end; ++p) {
-                const Stencil<Real, kind> s(vector_of(ps_.x, p), grid_.h);
-                const Vec3i at = s.base - block_width * b.coordinates;
-                const auto column = [&](int c) {
-                    return N4::of(A_.at(p, 3 * c), A_.at(p, 3 * c + 1), A_.at(p, 3 * c + 2), 0); };
-                const N4 x = column(0), y = column(1), z = column(2);
-                for (int i = 0; i < width; ++i) {
-                    const N4 of_x = N4(s.dN[0][i]) * x, of_y = N4(s.N[0][i]) * y, of_z = N4(s.N[0][i]) * z;
-                    for (int j = 0; j < width; ++j) {
-                        const N4 of_xy = N4(s.N[1][j]) * of_x + N4(s.dN[1][j]) * of_y;
-                        const N4 of_yz = N4(s.N[1][j]) * of_z;
-                        N4* row = &tile.values[tile.index(at(0) + i, at(1) + j, at(2))];
-                        for (int m = 0; m < width; ++m) row[m] += N4(s.N[2][m]) * of_xy + N4(s.dN[2][m]) * of_yz;
-                    }
-                }
+        scatter_blocks<width>(grid_.blocks, f.at, [&](const ParticleBlock& b, Tile<N4, width>& out) {
+            Tile<N4, width> in;
+            in.load(b, u.at);
+            const std::size_t first = first_[&b - grid_.blocks.particle_blocks.data()];
+            for (std::uint32_t p = b.begin; p < b.end; p += lanes) {
+                const Element& e = elements_[first + (p - b.begin) / lanes];
+                Mat3<P> gradient = Mat3<P>::Zero();
+                for (int l = 0; l < e.count; ++l) e.gather(in, l, gradient);
+                const Mat3<P> dF = gradient * e.F, dR = rotation_differential(e.R, e.K, dF);
+                const Mat3<P> A = stress_differential(e.F, dR, e.k, dF) * e.F.transpose();
+                for (int l = 0; l < e.count; ++l) e.scatter(A, l, out);
             }
         });
         return f;
     }
 
 private:
-    const Particles<Real>& ps_;
+    /// Eight particles of a block, or what is left of them.
+    struct Element {
+        P N[3][width], dN[3][width];    ///< weights along the axes [1], derivatives [1/m]
+        int at[lanes];                  ///< where in the tile the stencils begin.
+        int count;
+        Mat3<P> F, R, K;                ///< F_E, its rotation, (tr S · I − S)⁻¹
+        Lame<P> k;                      ///< V⁰ μ and V⁰ λ, hardened [J]
+
+        /// Σ_j u_j ∇w_jpᵀ of lane l, into the lane of `gradient`.
+        void gather(const Tile<NodeVector<Real>, width>& u, int l, Mat3<P>& gradient) const {
+            using N4 = NodeVector<Real>;
+            N4 dx(0), dy(0), dz(0);
+            for (int i = 0; i < width; ++i) {
+                N4 value(0), value_dy(0), value_dz(0);
+                for (int j = 0; j < width; ++j) {
+                    const N4* row = &u.values[at[l] + u.index(i, j, 0)];
+                    N4 sum(0), sum_dz(0);
+                    for (int m = 0; m < width; ++m) sum += N4(N[2][m][l]) * row[m], sum_dz += N4(dN[2][m][l]) * row[m];
+                    value += N4(N[1][j][l]) * sum, value_dy += N4(dN[1][j][l]) * sum, value_dz += N4(N[1][j][l]) * sum_dz;
+                }
+                dx += N4(dN[0][i][l]) * value, dy += N4(N[0][i][l]) * value_dy, dz += N4(N[0][i][l]) * value_dz;
+            }
+            for (int c = 0; c < 3; ++c)
+                gradient(c, 0).lanes[l] = dx[c], gradient(c, 1).lanes[l] = dy[c], gradient(c, 2).lanes[l] = dz[c];
+        }
+        /// Adds A ∇w_ip of lane l to the nodes.
+        void scatter(const Mat3<P>& A, int l, Tile<NodeVector<Real>, width>& f) const {
+            using N4 = NodeVector<Real>;
+            const N4 x = N4::of(A(0, 0)[l], A(1, 0)[l], A(2, 0)[l], 0), y = N4::of(A(0, 1)[l], A(1, 1)[l], A(2, 1)[l], 0),
+                     z = N4::of(A(0, 2)[l], A(1, 2)[l], A(2, 2)[l], 0);
+            for (int i = 0; i < width; ++i) {
+                const N4 of_x = N4(dN[0][i][l]) * x, of_y = N4(N[0][i][l]) * y, of_z = N4(N[0][i][l]) * z;
+                for (int j = 0; j < width; ++j) {
+                    const N4 of_xy = N4(N[1][j][l]) * of_x + N4(dN[1][j][l]) * of_y, of_yz = N4(N[1][j][l]) * of_z;
+                    N4* row = &f.values[at[l] + f.index(i, j, 0)];
+                    for (int m = 0; m < width; ++m) row[m] += N4(N[2][m][l]) * of_xy + N4(dN[2][m][l]) * of_yz;
+                }
+            }
+        }
+    };
+
+    Element element(const Particles<Real>& ps, const ParticleBlock& b, std::uint32_t first,
+                    const std::vector<SnowModel<Real>>& materials) const {
+        Element e{};
+        e.count = static_cast<int>(std::min<std::uint32_t>(lanes, b.end - first));
+        e.F = Mat3<P>::Identity();      // harmless where there is no particle
+        for (int l = 0; l < e.count; ++l) {
+            const std::uint32_t p = first + l;
+            const Stencil<Real, kind> s(vector_of(ps.x, p), grid_.h);
+            const Vec3i at = s.base - block_width * b.coordinates;
+            e.at[l] = Tile<NodeVector<Real>, width>::index(at(0), at(1), at(2));
+            for (int a = 0; a < 3; ++a)
+                for (int i = 0; i < width; ++i) e.N[a][i].lanes[l] = s.N[a][i], e.dN[a][i].lanes[l] = s.dN[a][i];
+            for (int i = 0; i < 9; ++i) e.F(i).lanes[l] = ps.Fe.at(p, i);
+            const Lame<Real> k = hardened(materials[ps.material.empty() ? 0 : ps.material[p]], ps.Jp.at(p));
+            e.k.mu.lanes[l] = ps.V0.at(p) * k.mu, e.k.lambda.lanes[l] = ps.V0.at(p) * k.lambda;
+        }
+        const Decomposition<P> d = decompose(e.F);
+        e.R = d.rotation();
+        e.K = rotation_system_inverse(Mat3<P>(d.V * d.s.asDiagonal() * d.V.transpose()));
+        return e;
+    }
+
     const Grid<Real>& grid_;
-    Field<Real, 9> R_;          ///< rotation of F_E.
-    Field<Real, 6> K_;          ///< (tr S · I − S)⁻¹.
-    Field<Real, 2> k_;          ///< V⁰ μ and V⁰ λ, hardened [J].
-    mutable Field<Real, 9> A_;  ///< V⁰ A_p F_Eᵀ of the product under way [J].
+    std::vector<Element> elements_;
+    std::vector<std::size_t> first_;    ///< element of every particle block.
 };
 
 /// Step 6:  (M + β Δt² ∂²Φ/∂x²) vⁿ⁺¹ = M v*, the paper's equation times M, solved for vⁿ⁺¹ − v* by conjugate

@@ -1,0 +1,192 @@
+#include "app/commands.h"
+#include "app/files.h"
+#include "app/record.h"
+#include "render/renderer.h"
+
+#include <CLI/CLI.hpp>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <omp.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <new>
+
+using namespace firn;
+
+// What the command line says.
+struct CommandLine {
+    RunOptions run;
+    CompareOptions compare;
+    std::vector<std::string> scenes;
+    std::string frames, preset, scene_name;
+    int threads = 0;
+    bool schema = false, quiet = false, json = false;
+};
+
+static FrameRange parse_range(const std::string& text) {
+    FrameRange range;
+    const char* const end = text.data() + text.size();
+    const auto first = std::from_chars(text.data(), end, range.first);
+    const bool colon = first.ec == std::errc() && first.ptr != end && *first.ptr == ':';
+    const auto last = colon ? std::from_chars(first.ptr + 1, end, range.last) : first;
+    if (!colon || last.ec != std::errc() || last.ptr != end || range.first < 0 || range.last < range.first)
+        throw UsageError(
+            fmt::format("--frames {}: must be FIRST:LAST, two frame numbers, both included", text));
+    return range;
+}
+
+static void add_overrides(CLI::App& command, CommandLine& line) {
+    command.add_option("--preset", line.run.overrides.preset, "Use the scene's preset of that name")
+        ->check(CLI::IsMember({"draft", "preview", "final"}))->option_text("draft|preview|final");
+    command
+        .add_option("--set", line.run.overrides.settings,
+                    "Change a key, as bodies.0.particles_per_cell=4; repeatable")
+        ->allow_extra_args(false)
+        ->option_text("KEY=VALUE");
+}
+
+static void add_run_options(CLI::App& command, CommandLine& line, const char* output_default) {
+    command
+        .add_option("-o,--output", line.run.output,
+                    fmt::format("Output folder (default: {})", output_default))
+        ->option_text("DIR")
+        ->check(CLI::Validator([](std::string& s) { return s.empty() ? "is empty" : ""; }, ""));
+    add_overrides(command, line);
+    command.add_option("--frames", line.frames, "Write only these frames, both included")->option_text("A:B");
+    auto* resume = command.add_flag("--resume", line.run.resume, "Go on where an earlier run stopped");
+    command.add_flag("--overwrite", line.run.overwrite, "Replace the output of an earlier run")
+        ->excludes(resume);
+    command.add_option("--threads", line.threads, "Threads of the simulation (default: all)")
+        ->check(CLI::Range(1, 1024))->option_text("N");
+    command.add_option("--video", line.run.video, "Make a film of the pictures with ffmpeg")
+        ->option_text("FILE.mp4");
+    auto* quiet = command.add_flag("--quiet", line.quiet, "Tell only what is wrong");
+    command.add_flag("--json", line.json, "Tell progress as JSON lines on standard error")->excludes(quiet);
+}
+
+static void add_particle_options(CLI::App& command, CommandLine& line) {
+    command.add_flag("--particles", line.run.particles, "Keep a PLY file a frame");
+    command.add_option("--state", "full: PLY files with every property, not only x and v")
+        ->check(CLI::IsMember({"full"}))->option_text("full")
+        ->each([&line](const std::string&) { line.run.full_state = line.run.particles = true; });
+}
+
+static void describe_commands(CLI::App& app, CommandLine& line) {
+    app.set_version_flag("--version", "firn " + program_version());
+    app.require_subcommand(1);
+    app.footer("Exit codes: 0 done, 1 compare found a difference, 2 usage or scene, 3 simulation failed,\n"
+               "4 files, disk or memory, 5 no OpenGL, 130 and 143 interrupted.");
+
+    auto& run = *app.add_subcommand("run", "Simulate and render a scene");
+    run.add_option("SCENE", line.run.scene, "Scene file (YAML)")->required();
+    add_run_options(run, line, "out/<scene>");
+    add_particle_options(run, line);
+
+    auto& simulate = *app.add_subcommand("simulate", "Simulate only: a PLY file a frame, no pictures");
+    simulate.add_option("SCENE", line.run.scene, "Scene file (YAML)")->required();
+    add_run_options(simulate, line, "out/<scene>");
+    add_particle_options(simulate, line);
+
+    auto& render = *app.add_subcommand("render", "Draw pictures from the particles of an earlier run");
+    render
+        .add_option("OUT|SCENE", line.run.scene,
+                    "Output folder, drawn as it was run; or a scene, drawn as it says")
+        ->required();
+    add_run_options(render, line, "the folder, or out/<scene>");
+
+    auto& check = *app.add_subcommand("check", "Is a scene valid; what will it take");
+    check.add_option("SCENE", line.scenes, "Scene files (YAML)")->required();
+    add_overrides(check, line);
+    check.add_option("--threads", line.threads, "Threads of the probe")
+        ->check(CLI::Range(1, 1024))
+        ->option_text("N");
+
+    auto& compare = *app.add_subcommand("compare", "Compare two pictures, or two folders of them");
+    compare.add_option("A", line.compare.a, "Picture (PNG), or folder: a run's output or its frames")
+        ->required();
+    compare.add_option("B", line.compare.b, "The other one")->required();
+    compare.add_option("--tolerance", line.compare.tolerance,
+                       "Channel difference up to which pixels count as equal, 0 to 1 (default: 0)")
+        ->check(CLI::Range(0.0, 1.0))->option_text("T");
+    compare.add_option("-o,--output", line.compare.heat_map,
+                       "Write a heat map (for folders: a folder of them), black equal to white 0.25 apart")
+        ->option_text("FILE");
+    compare.add_flag("--json", line.compare.json, "Print the numbers as JSON");
+
+    auto& scenes = *app.add_subcommand("scenes", "The scenes that come with the program");
+    scenes.add_option("NAME", line.scene_name, "Print this scene");
+    scenes.add_flag("--schema", line.schema, "Print the JSON Schema of scenes, for editors");
+}
+
+static int dispatch(const CLI::App& app, CommandLine& line) {
+    if (line.threads > 0) omp_set_num_threads(line.threads);
+    if (!line.frames.empty()) line.run.frames = parse_range(line.frames);
+    line.run.progress = line.quiet  ? ProgressStyle::none
+                        : line.json ? ProgressStyle::json
+                                    : ProgressStyle::automatic;
+    if (app.got_subcommand("check")) return check_command(line.scenes, line.run.overrides);
+    if (app.got_subcommand("compare")) return compare_command(line.compare);
+    if (app.got_subcommand("scenes")) return scenes_command(line.scene_name, line.schema);
+    if (app.got_subcommand("render")) return render_command(line.run);
+    if (app.got_subcommand("simulate")) {
+        if (!line.run.video.empty())
+            throw UsageError("simulate makes no pictures for --video; use run, or render after it");
+        line.run.pictures = false, line.run.particles = true;
+    }
+    return run_command(line.run);
+}
+
+// An error as it is told: text for people, an object for --json.
+static int failed(const CommandLine& line, int code, const std::string& message) {
+    if (line.json)
+        tell_json(nlohmann::ordered_json{{"event", "error"}, {"code", code}, {"message", message}});
+    else tell(message + "\n");
+    return code;
+}
+
+static int run_program(int argc, char** argv, CommandLine& line) {
+    CLI::App app{"firn: snow by the material point method, from a YAML scene to pictures", "firn"};
+    describe_commands(app, line);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        if (e.get_exit_code() != 0)
+            return failed(line, 2, fmt::format("{}\nRun firn --help for help.", e.what()));
+        std::ostringstream text;
+        app.exit(e, text, text);
+        print_result(text.str());
+        return 0;
+    }
+    return dispatch(app, line);
+}
+
+// A closed standard stream would give its number to the next file that is opened.
+static void open_standard_streams() {
+    for (int stream = 0; stream < 3; ++stream)
+        if (::fcntl(stream, F_GETFD) == -1 && ::open("/dev/null", stream == 0 ? O_RDONLY : O_WRONLY) < 0)
+            ::_exit(4);
+}
+
+int main(int argc, char** argv) {
+    open_standard_streams();
+    ignore_write_signals();
+    CommandLine line;
+    try {
+        return run_program(argc, argv, line);
+    } catch (const SceneError& e) {
+        return failed(line, 2, e.what());
+    } catch (const UsageError& e) {
+        return failed(line, 2, e.what());
+    } catch (const std::invalid_argument& e) {
+        return failed(line, 2, e.what());
+    } catch (const SimulationError& e) {
+        return failed(line, 3, e.what());
+    } catch (const GLError& e) {
+        return failed(line, 5, e.what());
+    } catch (const std::bad_alloc&) {
+        return failed(line, 4, "out of memory; a larger grid_spacing or fewer particles_per_cell need less");
+    } catch (const std::exception& e) {
+        return failed(line, 4, e.what());
+    }
+}

@@ -1,0 +1,97 @@
+#include "app/record.h"
+
+#include <algorithm>
+
+namespace firn {
+
+using Json = nlohmann::ordered_json;
+
+void FrameRecord::add(const StepReport& report, double seconds) {
+    dt_min = steps == 0 ? report.dt : std::min(dt_min, report.dt);
+    dt_max = std::max(dt_max, report.dt);
+    ++steps;
+    solver_iterations += report.iterations;
+    simulate_seconds += seconds;
+    peak_nodes = std::max(peak_nodes, report.nodes);
+}
+
+FrameRecord& RunRecord::frame(int number) {
+    const auto at = std::lower_bound(frames.begin(), frames.end(), number,
+                                     [](const FrameRecord& r, int n) { return r.frame < n; });
+    if (at != frames.end() && at->frame == number) return *at;
+    FrameRecord made;
+    made.frame = number;
+    return *frames.insert(at, made);
+}
+
+std::string program_version() { return FIRN_VERSION; }
+
+static Json list(const Vec3d& v) { return {v[0], v[1], v[2]}; }
+static Vec3d vector_from(const Json& v) {
+    return Vec3d(v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>());
+}
+
+Json to_json(const FrameRecord& r) {
+    return {{"frame", r.frame},
+            {"time", r.time},
+            {"steps", r.steps},
+            {"dt_min", r.dt_min},
+            {"dt_max", r.dt_max},
+            {"solver_iterations", r.solver_iterations},
+            {"simulate_seconds", r.simulate_seconds},
+            {"render_seconds", r.render_seconds},
+            {"encode_seconds", r.encode_seconds},
+            {"kinetic", r.totals.kinetic},
+            {"elastic", r.totals.elastic},
+            {"potential", r.totals.potential},
+            {"momentum", list(r.totals.momentum)},
+            {"angular_momentum", list(r.totals.angular_momentum)},
+            {"mass", r.totals.mass},
+            {"peak_nodes", r.peak_nodes}};
+}
+
+FrameRecord frame_record_from(const Json& json) {
+    FrameRecord r;
+    json.at("frame").get_to(r.frame);
+    json.at("time").get_to(r.time);
+    json.at("steps").get_to(r.steps);
+    json.at("dt_min").get_to(r.dt_min);
+    json.at("dt_max").get_to(r.dt_max);
+    json.at("solver_iterations").get_to(r.solver_iterations);
+    json.at("simulate_seconds").get_to(r.simulate_seconds);
+    json.at("render_seconds").get_to(r.render_seconds);
+    json.at("encode_seconds").get_to(r.encode_seconds);
+    json.at("kinetic").get_to(r.totals.kinetic);
+    json.at("elastic").get_to(r.totals.elastic);
+    json.at("potential").get_to(r.totals.potential);
+    r.totals.momentum = vector_from(json.at("momentum"));
+    r.totals.angular_momentum = vector_from(json.at("angular_momentum"));
+    json.at("mass").get_to(r.totals.mass);
+    json.at("peak_nodes").get_to(r.peak_nodes);
+    return r;
+}
+
+Json to_json(const RunRecord& run) {
+    const Machine machine = this_machine();
+    Json frames = Json::array();
+    for (const auto& record : run.frames) frames.push_back(to_json(record));
+    return {{"program", "firn"}, {"version", program_version()}, {"scene", run.scene},
+            {"scene_hash", run.scene_hash}, {"seed", run.seed}, {"threads", run.threads},
+            {"machine", {{"cpu", machine.cpu}, {"cores", machine.cores}, {"memory", machine.memory}}},
+            {"gl_renderer", run.gl_renderer ? Json(*run.gl_renderer) : Json()}, {"particles", run.particles},
+            {"frames", frames}};
+}
+
+RunRecord run_record_from(const Json& json) {
+    RunRecord run;
+    run.scene = json.at("scene");
+    json.at("scene_hash").get_to(run.scene_hash);
+    json.at("seed").get_to(run.seed);
+    json.at("threads").get_to(run.threads);
+    if (!json.at("gl_renderer").is_null()) run.gl_renderer = json.at("gl_renderer").get<std::string>();
+    json.at("particles").get_to(run.particles);
+    for (const auto& record : json.at("frames")) run.frames.push_back(frame_record_from(record));
+    return run;
+}
+
+}  // namespace firn

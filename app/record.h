@@ -1,0 +1,50 @@
+#pragma once
+#include "app/machine.h"
+#include "app/scene_load.h"
+#include "sim/simulation.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace firn {
+
+/// What it took to reach a frame from the one before, and the sums over its particles.
+struct FrameRecord {
+    int frame = 0;
+    double time = 0;                ///< frame / fps [s]
+    long steps = 0;
+    double dt_min = 0, dt_max = 0;  ///< [s]; 0 where there was no step.
+    long solver_iterations = 0;
+    double simulate_seconds = 0;    ///< of stepping alone.
+    double render_seconds = 0;
+    double encode_seconds = 0;      ///< of encoding and writing the frame's files.
+    Totals totals;
+    std::size_t peak_nodes = 0;
+
+    void add(const StepReport&, double seconds);
+};
+
+/// What run.json holds.
+struct RunRecord {
+    nlohmann::ordered_json scene;   ///< resolved.
+    std::string scene_hash;
+    std::uint64_t seed = 1;
+    int threads = 1;
+    std::optional<std::string> gl_renderer;
+    std::size_t particles = 0;
+    std::vector<FrameRecord> frames;
+
+    FrameRecord& frame(int number);  ///< The frame's record, made if it is not there; they stay in order.
+};
+
+/// "0.1.0"
+std::string program_version();
+
+nlohmann::ordered_json to_json(const FrameRecord&);
+FrameRecord frame_record_from(const nlohmann::ordered_json&);
+
+nlohmann::ordered_json to_json(const RunRecord&);
+RunRecord run_record_from(const nlohmann::ordered_json&);
+
+}  // namespace firn

@@ -1,0 +1,189 @@
+#pragma once
+#include "app/numbers.h"
+#include "app/scene.h"
+
+#include <array>
+
+// Every key of a scene, once. `describe(visitor, object)` shows the visitor each key of the object with its
+// unit, range and meaning; the default is the member's value in a fresh object. Three visitors use it: the
+// reader of YAML, the writer of resolved scenes, and the writer of the JSON Schema.
+//
+// A visitor has
+//   key(Key, member)              for numbers, texts, vectors, choices, objects and collections of them
+//   key(Key, Shape&, ShapeUse)    for shapes
+//   either(Key, Shape&, Key, std::string& file)     for a body's two origins
+//   any_of(name, help, object)    for each kind of shape
+
+namespace firn {
+
+struct Key {
+    const char* name;
+    const char* help;
+    const char* unit = "";
+    Range range = {};
+    bool required = false;
+};
+
+template <class E> struct Choice { const char* name; E value; };
+
+inline constexpr auto choices(Integrator) {
+    return std::array{Choice<Integrator>{"explicit", Integrator::explicit_euler},
+                      Choice<Integrator>{"semi_implicit", Integrator::semi_implicit}};
+}
+inline constexpr auto choices(Transfer) {
+    return std::array{Choice<Transfer>{"flip", Transfer::flip}, Choice<Transfer>{"apic", Transfer::apic}};
+}
+inline constexpr auto choices(Weights) {
+    return std::array{Choice<Weights>{"cubic", Weights::cubic},
+                      Choice<Weights>{"quadratic", Weights::quadratic}};
+}
+inline constexpr auto choices(Precision) {
+    return std::array{Choice<Precision>{"float", Precision::single},
+                      Choice<Precision>{"double", Precision::twofold}};
+}
+inline constexpr auto choices(InitialVolume) {
+    return std::array{Choice<InitialVolume>{"grid", InitialVolume::grid},
+                      Choice<InitialVolume>{"sampled", InitialVolume::sampled}};
+}
+inline constexpr auto choices(Sampling) {
+    return std::array{Choice<Sampling>{"poisson_disk", Sampling::poisson_disk},
+                      Choice<Sampling>{"lattice", Sampling::lattice},
+                      Choice<Sampling>{"random", Sampling::random}};
+}
+inline constexpr auto choices(ContactLaw) {
+    return std::array{Choice<ContactLaw>{"slide", ContactLaw::slide},
+                      Choice<ContactLaw>{"sticky", ContactLaw::sticky}};
+}
+inline constexpr auto choices(Quality) {
+    return std::array{Choice<Quality>{"draft", Quality::draft}, Choice<Quality>{"preview", Quality::preview},
+                      Choice<Quality>{"final", Quality::final}};
+}
+
+/// Where a shape stands decides which kinds it may be of.
+enum class ShapeUse {
+    solid,      ///< is filled with snow: bounded.
+    cut,        ///< is taken away from a solid: any.
+    collider,   ///< plane, sphere, box, cylinder, capsule: those with an exact distance.
+};
+
+inline constexpr Range coordinates = within(1e6), speeds = within(1e6), lengths = above(0).up_to(1e6);
+
+template <class V> void describe(V& v, Sphere& s) {
+    v.key({"center", "where its middle is", "m", coordinates}, s.center);
+    v.key({"radius", "distance of the surface from the centre", "m", lengths, true}, s.radius);
+}
+template <class V> void describe(V& v, Plane& s) {
+    v.key({"point", "any point of the plane", "m", coordinates}, s.point);
+    v.key({"normal", "points out of the solid half space; any length but 0", "", coordinates}, s.normal);
+}
+template <class V> void describe(V& v, Box& s) {
+    v.key({"center", "where its middle is", "m", coordinates}, s.center);
+    v.key({"size", "full edge lengths along x, y, z", "m", lengths, true}, s.size);
+}
+template <class V> void describe(V& v, Cylinder& s) {
+    v.key({"from", "centre of one end", "m", coordinates, true}, s.from);
+    v.key({"to", "centre of the other end", "m", coordinates, true}, s.to);
+    v.key({"radius", "distance of the surface from the axis", "m", lengths, true}, s.radius);
+}
+template <class V> void describe(V& v, Capsule& s) {
+    v.key({"from", "centre of one round end", "m", coordinates, true}, s.from);
+    v.key({"to", "centre of the other round end", "m", coordinates, true}, s.to);
+    v.key({"radius", "distance of the surface from the axis", "m", lengths, true}, s.radius);
+}
+template <class V> void describe(V& v, Ellipsoid& s) {
+    v.key({"center", "where its middle is", "m", coordinates}, s.center);
+    v.key({"radii", "half axes along x, y, z", "m", lengths, true}, s.radii);
+}
+
+/// Shows the visitor each kind of shape that may stand there, as an object of its own.
+template <class V> void describe_kinds(V& v, ShapeUse use) {
+    v.kind("sphere", "a ball", Sphere{});
+    if (use != ShapeUse::solid) v.kind("plane", "the half space behind a plane", Plane{});
+    v.kind("box", "a box along the axes", Box{});
+    v.kind("cylinder", "a cylinder with flat ends", Cylinder{});
+    v.kind("capsule", "a cylinder with round ends", Capsule{});
+    if (use == ShapeUse::collider) return;
+    v.kind("ellipsoid", "an ellipsoid along the axes", Ellipsoid{});
+    v.kind("union", "everything that is in at least one of these shapes", Union{});
+    v.kind("difference", "the first shape without the others", Difference{});
+}
+
+template <class V> void describe(V& v, Solver& s) {
+    v.key({"integrator", "explicit, or the paper's semi-implicit step"}, s.integrator);
+    v.key({"beta", "semi_implicit: 0.5 trapezoidal, 1 backward Euler", "", above(0).up_to(1)}, s.beta);
+    v.key({"dt", "time step, or auto: bounded by the flow, and by the wave speed when explicit", "s",
+           above(0).up_to(1e3)}, s.dt);
+    v.key({"max_dt", "upper bound of an automatic time step", "s", above(0).up_to(1e3)}, s.max_dt);
+    v.key({"transfer", "how velocities go from particles to grid and back"}, s.transfer);
+    v.key({"flip_blend", "share of FLIP, the rest is PIC; lower damps more", "", at_least(0).up_to(1)},
+          s.flip_blend);
+    v.key({"weights", "shape functions of the grid"}, s.weights);
+    v.key({"precision", "of particles and grid"}, s.precision);
+    v.key({"initial_volume", "grid: the paper's step 2; sampled: mass over density"}, s.initial_volume);
+    v.key({"tolerance", "relative residual of the linear solve", "", above(0).below(1)}, s.tolerance);
+    v.key({"max_iterations", "of the linear solve", "", at_least(1).up_to(10000)}, s.max_iterations);
+}
+
+template <class V> void describe(V& v, Snow& s) {
+    v.key({"E", "Young's modulus; higher is icier", "Pa", above(0).up_to(1e12)}, s.E);
+    v.key({"nu", "Poisson's ratio", "", above(-1).below(0.5)}, s.nu);
+    v.key({"xi", "hardening; higher is more brittle", "", at_least(0).up_to(1e4)}, s.xi);
+    v.key({"theta_c", "critical compression; larger is chunky, smaller powdery", "", at_least(0).below(1)},
+          s.theta_c);
+    v.key({"theta_s", "critical stretch; very large is elastic", "", at_least(0).up_to(1e9)}, s.theta_s);
+    v.key({"rho", "density at the start", "kg/m^3", above(0).up_to(1e6)}, s.rho);
+}
+
+template <class V> void describe(V& v, SceneBody& b) {
+    v.key({"material", "name of one of the materials; may be left out where there is one"}, b.material);
+    v.either({"shape", "the solid that is filled with snow"}, b.shape,
+             {"particles", "PLY file of particles, relative to this file"}, b.particles);
+    v.key({"velocity", "at the start; added to a file's own", "m/s", speeds}, b.velocity);
+    v.key({"angular_velocity", "at the start, about the centre of mass", "rad/s", speeds},
+          b.angular_velocity);
+    v.key({"particles_per_cell", "particles in a cell's volume of snow", "", at_least(1e-3).up_to(1000)},
+          b.particles_per_cell);
+    v.key({"sampling", "arrangement of the particles"}, b.sampling);
+}
+
+template <class V> void describe(V& v, Collider& c) {
+    v.key({"shape", "the solid that snow cannot enter", "", {}, true}, c.shape, ShapeUse::collider);
+    v.key({"contact", "whether snow slides or sticks"}, c.contact);
+    v.key({"friction", "Coulomb's coefficient for sliding", "", at_least(0).up_to(1e9)}, c.friction);
+    v.key({"velocity", "constant", "m/s", speeds}, c.velocity);
+}
+
+template <class V> void describe(V& v, Camera& c) {
+    v.key({"eye", "where the camera is", "m", coordinates}, c.eye);
+    v.key({"target", "what it looks at", "m", coordinates}, c.target);
+    v.key({"field_of_view", "vertical, in degrees", "degrees", above(0).below(180)}, c.field_of_view);
+}
+
+template <class V> void describe(V& v, Picture& p) {
+    v.key({"width", "pixels", "", at_least(1).up_to(16384)}, p.width);
+    v.key({"height", "pixels", "", at_least(1).up_to(16384)}, p.height);
+    v.key({"quality", "the renderer's effort"}, p.quality);
+    v.key({"sun_azimuth", "where the light comes from, from +x towards +z", "degrees", within(360)},
+          p.sun_azimuth);
+    v.key({"sun_elevation", "of the sun above the horizon", "degrees", within(90)}, p.sun_elevation);
+    v.key({"exposure", "factor on the light", "", above(0).up_to(1000)}, p.exposure);
+}
+
+template <class V> void describe(V& v, Scene& s) {
+    v.key({"title", "what the scene shows; the file's name if left out"}, s.title);
+    v.key({"frames", "pictures after the first; frame 0 is the start", "", at_least(0).up_to(1e7)}, s.frames);
+    v.key({"fps", "frames a second of simulated time", "1/s", above(0).up_to(1e6)}, s.fps);
+    v.key({"grid_spacing", "edge h of a grid cell; half of it means 8 times the particles", "m",
+           at_least(1e-6).up_to(1e3), true},
+          s.grid_spacing);
+    v.key({"gravity", "acceleration", "m/s^2", within(1e6)}, s.gravity);
+    v.key({"seed", "of the particles' arrangement", "", at_least(0).up_to(9007199254740992.0)}, s.seed);
+    v.key({"solver", "the numbers that trade speed for accuracy"}, s.solver);
+    v.key({"materials", "kinds of snow by name; left out: one, snow, with the defaults"}, s.materials);
+    v.key({"bodies", "snow at the start", "", {}, true}, s.bodies);
+    v.key({"colliders", "solids that snow cannot enter"}, s.colliders);
+    v.key({"camera", "left out: one that frames the bodies"}, s.camera);
+    v.key({"picture", "size and look of the pictures"}, s.picture);
+}
+
+}  // namespace firn

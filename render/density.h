@@ -1,0 +1,46 @@
+#pragma once
+#include "sim/particle_view.h"
+
+#include <Eigen/Core>
+
+#include <vector>
+
+namespace firn {
+
+/// Numbers on cells of a box, x fastest. Values belong to the cells' centres.
+struct Field {
+    Eigen::Vector3i size{0, 0, 0};
+    std::vector<float> values;
+
+    std::size_t index(int i, int j, int k) const {
+        return (static_cast<std::size_t>(k) * size.y() + j) * size.x() + i;
+    }
+};
+
+/// How much snow is where.
+struct Density {
+    Eigen::Vector3f origin{0, 0, 0};  ///< lower corner [m].
+    float cell = 1;  ///< edge of a cell [m]: two particle spacings, more where snow is far spread.
+    Field rho;       ///< share of the starting density [1].
+
+    /// Trilinear between the cells' centres; zero outside.
+    float at(const Eigen::Vector3f& x) const;
+};
+
+/// A particle that cannot be drawn: not finite, or farther than a float can place to a millimetre.
+bool drawable(const float* x);
+
+/// The grid lies at multiples of the cell, so that it does not swim from frame to frame. Far single particles
+/// are left outside where they would cost more than `max_cells`; then cells grow, by factors of two.
+Density density_of(const ParticleView&, std::size_t max_cells);
+
+/// Smallest value among the 3×3×3 cells around each one; zero lies outside.
+Field smallest_around(const Field&);
+
+/// [1 2 1]/4 along each axis.
+Field smoothed(const Field&);
+
+/// Of every cell −∂ρ/∂x, −∂ρ/∂y, −∂ρ/∂z, over two cells, and ρ itself.
+std::vector<Eigen::Vector4f> outward_of(const Field& rho);
+
+}  // namespace firn

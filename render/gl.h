@@ -1,0 +1,84 @@
+#pragma once
+#include <epoxy/gl.h>
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace firn {
+
+/// Throws GLError with the pass's name if an OpenGL call since the last check failed.
+void check_gl(const std::string& pass);
+
+/// Owns one OpenGL object; `destroy` deletes it. The context must be current when it ends.
+template <void (*destroy)(GLuint)>
+class GLObject {
+public:
+    explicit GLObject(GLuint id = 0) : id_(id) {}
+    GLObject(GLObject&& other) noexcept : id_(std::exchange(other.id_, 0)) {}
+    GLObject& operator=(GLObject&& other) noexcept {
+        std::swap(id_, other.id_);
+        return *this;
+    }
+    ~GLObject() {
+        if (id_) destroy(id_);
+    }
+    GLuint id() const { return id_; }
+
+private:
+    GLuint id_;
+};
+
+void delete_buffer(GLuint);
+void delete_vertex_array(GLuint);
+void delete_texture(GLuint);
+void delete_framebuffer(GLuint);
+void delete_shader(GLuint);
+void delete_program(GLuint);
+using Buffer = GLObject<delete_buffer>;
+using VertexArray = GLObject<delete_vertex_array>;
+using Texture = GLObject<delete_texture>;
+using Framebuffer = GLObject<delete_framebuffer>;
+
+/// Attribute k of the shader is the k-th entry: that many floats, one after the other, from the buffer.
+VertexArray make_vertex_array(const Buffer&, std::initializer_list<int> floats_per_attribute);
+Buffer make_buffer();
+void upload(const Buffer&, const void* data, std::size_t bytes);  ///< Replaces what it held.
+
+/// Empty; nearest, clamped.
+Texture make_texture_2d(GLenum internal_format, int width, int height);
+Texture make_depth_stencil_texture(int width, int height);
+/// Depth texture that compares when it is sampled (sampler2DShadow), lit outside.
+Texture make_shadow_texture(int size);
+/// Empty 3D texture; linear, clamped.
+Texture make_volume_texture();
+/// RGBA, 8 bits a channel, with all its smaller versions; linear, repeats.
+Texture make_tile_texture(int size, const std::uint8_t* texels);
+/// Throws GLError where the combination is not complete.
+Framebuffer make_framebuffer(std::initializer_list<const Texture*> colours, const Texture* depth = nullptr,
+                             GLenum depth_attachment = GL_DEPTH_ATTACHMENT);
+void bind_texture(int unit, GLenum target, const Texture&);
+
+/// A vertex and a fragment shader, linked. Each is one or more files of shaders/, joined, behind common.glsl.
+class Program {
+public:
+    Program(const std::vector<std::string>& vertex_files, const std::vector<std::string>& fragment_files);
+    void use() const { glUseProgram(program_.id()); }
+
+    // Of the program in use. A name that the linker has dropped is no error.
+    void set(const char* name, int) const;
+    void set(const char* name, float) const;
+    void set(const char* name, const Eigen::Vector2f&) const;
+    void set(const char* name, const std::vector<Eigen::Vector2f>&) const;
+    void set(const char* name, const Eigen::Vector3f&) const;
+    void set(const char* name, const Eigen::Matrix3f&) const;
+    void set(const char* name, const Eigen::Matrix4f&) const;
+
+private:
+    GLObject<delete_program> program_;
+};
+
+}  // namespace firn

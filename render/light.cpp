@@ -1,0 +1,121 @@
+#include "render/light.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <type_traits>
+
+namespace firn {
+
+using Eigen::Vector3f;
+using Eigen::Vector3i;
+
+/// Slices across the axis nearest to the light's direction are passed from the lit side on. With l the way
+/// from a slice to the one before it, and x' the point of that one which the light passes:
+///   τ(x) = τ(x') + l (ρ(x) + ρ(x')) / 2.
+Field thickness_towards(const Density& density, float spacing, const Vector3f& to_light) {
+    const Vector3i n = density.rho.size;
+    int axis = 0;
+    to_light.cwiseAbs().maxCoeff(&axis);
+    const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;  // u is the faster of the two other axes
+    const std::array<std::ptrdiff_t, 3> stride = {1, n.x(), static_cast<std::ptrdiff_t>(n.x()) * n.y()};
+    const Vector3f step = to_light / std::abs(to_light[axis]);  // to the slice before, in cells
+    const float half_way = 0.5f * step.norm() * density.cell / spacing;
+    const int du = static_cast<int>(std::floor(step[u])), dv = static_cast<int>(std::floor(step[v]));
+    const float fu = step[u] - static_cast<float>(du), fv = step[v] - static_cast<float>(dv);
+
+    // The slice before, as τ' + l ρ'/2, two cells wider on each side by its own rim, where snow is thin.
+    const int rim = 2, width = n[u] + 2 * rim, height = n[v] + 2 * rim;
+    std::vector<float> before(static_cast<std::size_t>(width) * height, 0.0f);
+    Field tau{n, std::vector<float>(density.rho.values.size())};
+    for (int s = 0; s < n[axis]; ++s) {
+        const int slice = to_light[axis] > 0 ? n[axis] - 1 - s : s;
+        const float* rho = density.rho.values.data() + slice * stride[axis];
+        float* out = tau.values.data() + slice * stride[axis];
+        const auto pass_row = [&](int j, auto along) {
+            const float* row0 = &before[static_cast<std::size_t>(j + rim + dv) * width + rim + du];
+            const float* row1 = row0 + width;
+            const std::ptrdiff_t row = j * stride[v];
+            for (int i = 0; i < n[u]; ++i) {
+                const float a = row0[i] + fu * (row0[i + 1] - row0[i]);
+                const float b = row1[i] + fu * (row1[i + 1] - row1[i]);
+                out[row + i * along] = a + fv * (b - a) + half_way * rho[row + i * along];
+            }
+        };
+        for (int j = 0; j < n[v]; ++j) {
+            if (u == 0)  // the compiler must know the stride of one to do eight at a time
+                pass_row(j, std::integral_constant<std::ptrdiff_t, 1>());
+            else
+                pass_row(j, stride[u]);
+        }
+        for (int j = 0; j < height; ++j) {
+            const std::ptrdiff_t row = std::clamp(j - rim, 0, n[v] - 1) * stride[v];
+            float* copy = &before[static_cast<std::size_t>(j) * width];
+            for (int i = 0; i < n[u]; ++i)
+                copy[rim + i] = out[row + i * stride[u]] + half_way * rho[row + i * stride[u]];
+            for (int i = 0; i < rim; ++i) {
+                copy[i] = copy[rim];
+                copy[rim + n[u] + i] = copy[rim + n[u] - 1];
+            }
+        }
+    }
+    return tau;
+}
+
+namespace {
+
+struct SkyDirection {
+    Vector3f to_sky;
+    float weight;
+};
+
+/// The zenith, four directions half way up and four low ones between them; the weights add up to one.
+std::array<SkyDirection, 9> sky_directions() {
+    std::array<SkyDirection, 9> result;
+    result[0] = {{0, 1, 0}, 0.20f};
+    for (int i = 0; i < 8; ++i) {
+        const bool low = i % 2;
+        const float azimuth = (static_cast<float>(i) + 0.3f) * std::numbers::pi_v<float> / 4;
+        const float elevation = low ? 0.38f : 0.87f;  // 22° and 50°
+        result[i + 1] = {{std::cos(elevation) * std::cos(azimuth), std::sin(elevation),
+                          std::cos(elevation) * std::sin(azimuth)},
+                         low ? 0.08f : 0.12f};
+    }
+    return result;
+}
+
+}  // namespace
+
+/// Snow scatters light on rather than swallowing it, so neither law falls like exp(−τ).
+///   sky:  1/(1 + k τ), summed over the sky;   sun:  1/(1 + c τ)², with blue going farthest.
+std::vector<SnowLight> light_in_snow(const Density& density, float spacing, const Vector3f& to_sun) {
+    const auto directions = sky_directions();
+    std::array<Field, 10> tau;
+#pragma omp parallel for schedule(dynamic)
+    for (int d = 0; d < 10; ++d)
+        tau[d] = thickness_towards(density, spacing, d < 9 ? directions[d].to_sky : to_sun);
+
+    constexpr float k = 0.12f, c[3] = {0.050f, 0.042f, 0.036f};  // per particle spacing
+    const auto count = static_cast<std::ptrdiff_t>(density.rho.values.size());
+    std::vector<SnowLight> light(density.rho.values.size());
+    std::vector<float> sky(light.size(), 0.0f);
+    constexpr std::ptrdiff_t piece = 4096;  // stays in the nearest cache
+#pragma omp parallel for
+    for (std::ptrdiff_t first = 0; first < count; first += piece) {
+        const std::ptrdiff_t last = std::min(count, first + piece);
+        for (int d = 0; d < 9; ++d)
+            for (std::ptrdiff_t i = first; i < last; ++i)
+                sky[i] += directions[d].weight / (1 + k * tau[d].values[i]);
+        for (std::ptrdiff_t i = first; i < last; ++i) {
+            const auto through = [&](float extinction) {
+                const float t = 1 + extinction * tau[9].values[i];
+                return 1 / (t * t);
+            };
+            light[i] = {{through(c[0]), through(c[1]), through(c[2])}, sky[i]};
+        }
+    }
+    return light;
+}
+
+}  // namespace firn

@@ -1,0 +1,18 @@
+#pragma once
+#include "render/density.h"
+
+namespace firn {
+
+/// Snow between every cell's centre and a light infinitely far in direction `to_light` (unit): ∫ρ ds, counted
+/// in particle spacings of unbroken snow.
+Field thickness_towards(const Density&, float spacing, const Eigen::Vector3f& to_light);
+
+/// What the shaders know of the light at a cell's centre, all as shares of what there is without snow [1].
+struct SnowLight {
+    float sun[3];  ///< red, green and blue of the sun that comes through, scattered.
+    float sky;     ///< of the sky's light.
+};
+
+std::vector<SnowLight> light_in_snow(const Density&, float spacing, const Eigen::Vector3f& to_sun);
+
+}  // namespace firn

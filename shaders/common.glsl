@@ -1,0 +1,21 @@
+// Stands before every shader. Lengths in m; depth is the distance along the view's forward direction.
+
+uniform vec3 eye;
+uniform mat3 basis;          // columns right, up, forward
+uniform vec2 samples;        // size of the buffers
+uniform float sample_tan;    // width of a sample at unit depth
+uniform float near_depth;
+uniform mat4 projection;
+
+// The depth buffer's value: 0 at the near plane, 1 at infinity.
+float buffer_depth(float depth) { return 1.0 - near_depth / max(depth, near_depth); }
+
+// From the eye through a sample; its part along forward is 1.
+vec3 ray_through(vec2 sample_position) {
+    return basis * vec3((sample_position - 0.5 * samples) * sample_tan, 1.0);
+}
+
+vec3 position_of(vec2 sample_position, float depth) { return eye + depth * ray_through(sample_position); }
+
+// How the surface buffer holds a normal.
+vec4 surface_of(vec3 normal) { return vec4(0.5 + 0.5 * normal, 1.0); }

@@ -1,0 +1,102 @@
+#include "render/renderer.h"
+#include "render/view.h"
+
+#include <catch2/catch.hpp>
+
+#include <Eigen/Geometry>
+
+using namespace firn;
+
+namespace {
+
+/// Of a world position: x and y from −1 to 1 over the picture with its margin, and w in front of the eye.
+Eigen::Vector3f projected(const View& view, const Vec3d& x) {
+    const Eigen::Vector4f clip = view.projection() * x.cast<float>().homogeneous();
+    return {clip.x() / clip.w(), clip.y() / clip.w(), clip.w()};
+}
+
+View view_of(const Camera& camera, int width, int height) {
+    Picture picture;
+    picture.width = width, picture.height = height;
+    return view_of(camera, picture, 1, 0);
+}
+
+}  // namespace
+
+TEST_CASE("the target is in the middle of the picture, right is right and up is up", "[camera]") {
+    const Camera camera{{1, 2, 5}, {0, 1, -2}, 50};
+    const View view = view_of(camera, 160, 90);
+    const Eigen::Vector3f middle = projected(view, camera.target);
+    CHECK(middle.x() == Approx(0).margin(1e-5));
+    CHECK(middle.y() == Approx(0).margin(1e-5));
+    CHECK(middle.z() == Approx((camera.target - camera.eye).norm()));
+    CHECK(projected(view, camera.target + Vec3d(0, 0.1, 0)).y() > 0);
+    CHECK(projected(view, camera.target + Vec3d(0.1, 0, 0)).x() > 0);
+}
+
+TEST_CASE("the field of view is the picture's height", "[camera]") {
+    const Camera camera{{0, 0, 4}, {0, 0, 0}, 60};
+    const double edge = 4 * std::tan(30 * EIGEN_PI / 180);
+    CHECK(projected(view_of(camera, 160, 90), {0, edge, 0}).y() == Approx(1).epsilon(1e-5));
+    CHECK(projected(view_of(camera, 160, 90), {edge * 160 / 90, 0, 0}).x() == Approx(1).epsilon(1e-5));
+}
+
+TEST_CASE("a camera may look straight down or up, or nowhere", "[camera]") {
+    for (const Vec3d& target : {Vec3d(0, -3, 0), Vec3d(0, 3, 0), Vec3d(0, 0, 0)}) {
+        const View view = view_of(Camera{{0, 0, 0}, target, 40}, 100, 100);
+        CHECK(view.projection().allFinite());
+        CHECK((view.basis.transpose() * view.basis - Eigen::Matrix3f::Identity()).norm() < 1e-6);
+    }
+}
+
+TEST_CASE("a framing camera has the whole box in the picture and does not waste it", "[camera]") {
+    for (const Vec3d& size : {Vec3d(1, 1, 1), Vec3d(10, 0.1, 3), Vec3d(0.01, 5, 0.01), Vec3d(0, 0, 0)})
+        for (const double aspect : {16.0 / 9, 1.0, 0.5}) {
+            CAPTURE(size.transpose(), aspect);
+            Bounds box;
+            box.extend(Vec3d(7, -3, 2));
+            box.extend(Vec3d(7, -3, 2) + size);
+            const Camera camera = framing(box, aspect);
+            const View view = view_of(camera, static_cast<int>(900 * aspect), 900);
+            float outermost = 0;
+            for (int corner = 0; corner < 8; ++corner) {
+                const Vec3d x(corner & 1 ? box.upper.x() : box.lower.x(),
+                              corner & 2 ? box.upper.y() : box.lower.y(),
+                              corner & 4 ? box.upper.z() : box.lower.z());
+                const Eigen::Vector3f p = projected(view, x);
+                REQUIRE(p.z() > 0);
+                outermost = std::max({outermost, std::abs(p.x()), std::abs(p.y())});
+            }
+            CHECK(outermost < 0.9f);
+            if (size.norm() > 0) CHECK(outermost > 0.4f);
+            CHECK(camera.eye.y() > camera.target.y());
+        }
+}
+
+TEST_CASE("where there is nothing to frame, the camera is the default", "[camera]") {
+    CHECK(framing(Bounds{}, 1.5).eye == Camera{}.eye);
+    Bounds infinite;
+    infinite.extend(Vec3d::Constant(-INFINITY));
+    infinite.extend(Vec3d::Constant(INFINITY));
+    CHECK(framing(infinite, 1.5).eye == Camera{}.eye);
+}
+
+TEST_CASE("the sun stands where azimuth and elevation say", "[camera]") {
+    Picture picture;
+    picture.sun_azimuth = 90, picture.sun_elevation = 30;
+    CHECK((sun_direction(picture) - Eigen::Vector3f(0, 0.5f, std::sqrt(0.75f))).norm() < 1e-6);
+    picture.sun_azimuth = 0, picture.sun_elevation = 0;
+    CHECK((sun_direction(picture) - Eigen::Vector3f(1, 0, 0)).norm() < 1e-6);
+}
+
+TEST_CASE("the shadow map holds its ball, the sun's side nearer", "[camera]") {
+    const Eigen::Vector3f to_sun = Eigen::Vector3f(-1, 2, 0.5).normalized(), center(3, 1, -2);
+    const ShadowView shadow = shadow_view(to_sun, center, 1.7f, 512);
+    const auto at = [&](const Eigen::Vector3f& x) {
+        return (shadow.matrix * x.homogeneous()).hnormalized().eval();
+    };
+    for (const Eigen::Vector3f& direction : {Eigen::Vector3f(1, 0, 0), Eigen::Vector3f(0, 1, 0), to_sun})
+        CHECK(at(center + 1.69f * direction).cwiseAbs().maxCoeff() < 1.01f);
+    CHECK(at(center + to_sun).z() < at(center - to_sun).z());
+    CHECK((at(center + to_sun) - at(center)).head<2>().norm() < 1e-5);
+}

@@ -1,0 +1,147 @@
+#include "render/density.h"
+#include "render/light.h"
+#include "render/splats.h"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <numeric>
+
+using namespace firn;
+
+namespace {
+
+constexpr float spacing = 0.01f;
+
+/// A lattice of n·m·n particles, from the origin upwards.
+std::vector<float> block(int n, int m) {
+    std::vector<float> x;
+    for (int k = 0; k < n; ++k)
+        for (int j = 0; j < m; ++j)
+            for (int i = 0; i < n; ++i)
+                for (const int c : {i, j, k}) x.push_back((static_cast<float>(c) + 0.5f) * spacing);
+    return x;
+}
+
+Density density_at(const std::vector<float>& x, std::size_t max_cells = 1 << 20) {
+    return density_of({x, {}, spacing}, max_cells);
+}
+
+double total(const Density& density) {
+    const auto& rho = density.rho.values;
+    return std::accumulate(rho.begin(), rho.end(), 0.0) * std::pow(density.cell / spacing, 3);
+}
+
+}  // namespace
+
+TEST_CASE("density holds every particle, and is one inside unbroken snow", "[light]") {
+    const std::vector<float> x = block(20, 20);
+    const Density density = density_at(x);
+    CHECK(total(density) == Approx(20 * 20 * 20).epsilon(1e-5));
+    CHECK(density.at({0.1f, 0.1f, 0.1f}) == Approx(1).epsilon(1e-3));
+    CHECK(density.at({-0.1f, 0.1f, 0.1f}) == 0);
+    CHECK(density.at({1e6f, 0, 0}) == 0);
+}
+
+TEST_CASE("far, huge and not finite positions neither count nor cost", "[light]") {
+    std::vector<float> x = block(30, 30);
+    const double before = total(density_at(x));
+    x.insert(x.end(), {NAN, 0, 0, INFINITY, 0, 0, 1e30f, 0, 0, -1e8f, 1e8f, 0});
+    CHECK(total(density_at(x)) == Approx(before));
+    x.insert(x.end(), {9e4f, 0, 0, 0, 9e4f, -9e4f});
+    const Density density = density_at(x);
+    CHECK(density.rho.values.size() <= 1 << 20);
+    CHECK(density.cell == Approx(2 * spacing));
+    CHECK(total(density) == Approx(before).epsilon(0.02));  // a thousandth at each side is left out
+}
+
+TEST_CASE("the density grid stays within its cells by getting coarser", "[light]") {
+    const std::vector<float> x = block(40, 40);
+    const Density density = density_at(x, 20000);
+    CHECK(density.rho.values.size() <= 20000);
+    CHECK(total(density) == Approx(40 * 40 * 40).epsilon(0.05));
+}
+
+TEST_CASE("thickness towards the light is the way through snow in spacings", "[light]") {
+    const std::vector<float> x = block(40, 40);
+    const Density density = density_at(x);
+    const auto value = [&](const Field& tau, Eigen::Vector3f at) {
+        const Eigen::Vector3i c = ((at - density.origin) / density.cell).array().floor().cast<int>();
+        return tau.values[tau.index(c.x(), c.y(), c.z())];
+    };
+    for (int axis = 0; axis < 3; ++axis)
+        for (const float sign : {-1.0f, 1.0f}) {
+            CAPTURE(axis, sign);
+            const Field tau = thickness_towards(density, spacing, sign * Eigen::Vector3f::Unit(axis));
+            Eigen::Vector3f middle(0.19f, 0.19f, 0.19f), lit = middle, dark = middle;  // cells' centres
+            lit[axis] = sign > 0 ? 0.39f : 0.01f, dark[axis] = sign > 0 ? 0.01f : 0.39f;
+            CHECK(value(tau, middle) == Approx(20).margin(2));
+            CHECK(value(tau, lit) == Approx(0).margin(1.5));
+            CHECK(value(tau, dark) == Approx(40).margin(2));
+        }
+    const Field slanted = thickness_towards(density, spacing, Eigen::Vector3f(1, 1, 0).normalized());
+    CHECK(value(slanted, {0.19f, 0.19f, 0.19f}) == Approx(20 * std::sqrt(2)).margin(3));
+    CHECK(value(slanted, {0.39f, 0.39f, 0.19f}) == Approx(0).margin(3));
+}
+
+TEST_CASE("the deeper in snow, the less sun and sky, and blue goes farthest", "[light]") {
+    const std::vector<float> x = block(40, 40);
+    const Density density = density_at(x);
+    const auto light = light_in_snow(density, spacing, {0, 1, 0});
+    float sun = 2, sky = 2;
+    for (const float y : {0.47f, 0.37f, 0.25f, 0.13f, 0.03f}) {
+        CAPTURE(y);
+        const Eigen::Vector3f at(0.19f, y, 0.19f);
+        const Eigen::Vector3i c = ((at - density.origin) / density.cell).array().floor().cast<int>();
+        const SnowLight here = light[density.rho.index(c.x(), c.y(), c.z())];
+        CHECK(here.sun[1] < sun);
+        CHECK(here.sky < sky);
+        CHECK(here.sun[0] <= here.sun[2]);
+        sun = here.sun[1], sky = here.sky;
+    }
+    CHECK(sun < 0.35f);
+    CHECK(light[0].sun[1] == Approx(1));
+    CHECK(light[0].sky > 0.5f);
+}
+
+TEST_CASE("what lies deep inside is not drawn, and nothing of the surface is missing", "[light]") {
+    const int n = 40;
+    const std::vector<float> x = block(n, n);
+    const auto [splats, seen] = visible_splats({x, {}, spacing}, density_at(x), {0.2f, 0.2f, 9});
+    CHECK(seen < splats.size());
+    CHECK(seen > splats.size() / 8);
+    CHECK(splats.size() < n * n * n / 2);
+    std::size_t outer = 0;
+    for (const Splat& s : splats) {
+        const bool inside =
+            std::min({s.x, s.y, s.z}) > spacing && std::max({s.x, s.y, s.z}) < (n - 1) * spacing;
+        outer += !inside;
+        CHECK(s.radius > 0);
+    }
+    CHECK(outer == n * n * n - (n - 2) * (n - 2) * (n - 2));
+}
+
+TEST_CASE("a single particle is drawn, smaller than one in unbroken snow", "[light]") {
+    const std::vector<float> one = {0.3f, 0.2f, 0.1f};
+    const std::vector<Splat> splats = visible_splats({one, {}, spacing}, density_at(one), {0, 0, 9}).all;
+    REQUIRE(splats.size() == 1);
+    CHECK(splats[0].x == 0.3f);
+    CHECK(splats[0].radius < 0.8f * spacing);
+    CHECK(visible_splats({{}, {}, spacing}, density_at({}), {0, 0, 9}).all.empty());
+}
+
+TEST_CASE("a splat is covered by the lump in front of it, not by what is behind or beside it", "[light]") {
+    const std::vector<float> x = block(40, 40);
+    const Density density = density_at(x);
+    const Eigen::Vector3f eye(0.2f, 0.2f, 2);
+    CHECK(is_covered({0.2f, 0.2f, 0.01f}, eye, density));
+    CHECK_FALSE(is_covered({0.2f, 0.2f, 0.39f}, eye, density));
+    CHECK_FALSE(is_covered({0.2f, 0.39f, 0.2f}, {0.2f, 3, 0.2f}, density));
+    CHECK_FALSE(is_covered({0.5f, 0.2f, 0.01f}, eye, density));
+    CHECK_FALSE(is_covered({0.2f, 0.2f, 0.2f}, {0.2f, 0.2f, 0.25f}, density));  // the eye is inside, too
+}
+
+TEST_CASE("positions that are not finite, or too far for a float, give no splat", "[light]") {
+    const std::vector<float> bad = {NAN, 0, 0, 0, INFINITY, 0, 0, 0, -INFINITY, 3e38f, 0, 0, 0, -2e5f, 0};
+    CHECK(visible_splats({bad, {}, spacing}, density_at(bad), {0, 0, 9}).all.empty());
+}
