@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <charconv>
+#include <cstdlib>
 #include <new>
 
 using namespace firn;
@@ -72,12 +73,8 @@ static void add_particle_options(CLI::App& command, CommandLine& line) {
         ->each([&line](const std::string&) { line.run.full_state = line.run.particles = true; });
 }
 
-static void describe_commands(CLI::App& app, CommandLine& line) {
-    app.set_version_flag("--version", "firn " + program_version());
-    app.require_subcommand(1);
-    app.footer("Exit codes: 0 done, 1 compare found a difference, 2 usage or scene, 3 simulation failed,\n"
-               "4 files, disk or memory, 5 no OpenGL, 130 and 143 interrupted.");
-
+// The commands that simulate or draw.
+static void add_runs(CLI::App& app, CommandLine& line) {
     auto& run = *app.add_subcommand("run", "Simulate and render a scene");
     run.add_option("SCENE", line.run.scene, "Scene file (YAML)")->required();
     add_run_options(run, line, "out/<scene>");
@@ -94,7 +91,10 @@ static void describe_commands(CLI::App& app, CommandLine& line) {
                     "Output folder, drawn as it was run; or a scene, drawn as it says")
         ->required();
     add_run_options(render, line, "the folder, or out/<scene>");
+}
 
+// The commands that look at scenes and pictures.
+static void add_tools(CLI::App& app, CommandLine& line) {
     auto& check = *app.add_subcommand("check", "Is a scene valid; what will it take");
     check.add_option("SCENE", line.scenes, "Scene files (YAML)")->required();
     add_overrides(check, line);
@@ -117,6 +117,15 @@ static void describe_commands(CLI::App& app, CommandLine& line) {
     auto& scenes = *app.add_subcommand("scenes", "The scenes that come with the program");
     scenes.add_option("NAME", line.scene_name, "Print this scene");
     scenes.add_flag("--schema", line.schema, "Print the JSON Schema of scenes, for editors");
+}
+
+static void describe_commands(CLI::App& app, CommandLine& line) {
+    app.set_version_flag("--version", "firn " + program_version());
+    app.require_subcommand(1);
+    app.footer("Exit codes: 0 done, 1 compare found a difference, 2 usage or scene, 3 simulation failed,\n"
+               "4 files, disk or memory, 5 no OpenGL, 130 and 143 interrupted.");
+    add_runs(app, line);
+    add_tools(app, line);
 }
 
 static int dispatch(const CLI::App& app, CommandLine& line) {
@@ -168,7 +177,16 @@ static void open_standard_streams() {
             ::_exit(4);
 }
 
+// Threads of the simulation share the cores with those that draw. libgomp lets a thread that waits for the others
+// spin on its core instead of leaving it to them, which costs several times the step, and it reads how long only
+// when the program starts: so it is started again with the right word.
+static void wait_without_spinning(char** argv) {
+    if (std::getenv("OMP_WAIT_POLICY") || std::getenv("GOMP_SPINCOUNT")) return;
+    if (::setenv("GOMP_SPINCOUNT", "1000", 0) == 0) ::execv("/proc/self/exe", argv);
+}
+
 int main(int argc, char** argv) {
+    wait_without_spinning(argv);
     open_standard_streams();
     ignore_write_signals();
     CommandLine line;

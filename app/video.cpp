@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <sstream>
@@ -40,51 +41,45 @@ static int run_program(const std::vector<std::string>& words) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
+// ffmpeg's arguments: H.264 for every player (even size, 4:2:0), colours tagged as what they are.
+static std::vector<std::string> ffmpeg_words(const std::string& pictures, int first, int count, double fps,
+                                             const std::string& film) {
+    std::vector<std::string> words{"ffmpeg", "-nostdin", "-v", "error", "-y"};
+    for (const auto& [option, value] : std::vector<std::array<std::string, 2>>{
+             {"-framerate", fmt::format("{}", fps)},
+             {"-start_number", std::to_string(first)},
+             {"-i", pictures},
+             {"-frames:v", std::to_string(count)},
+             {"-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv"},
+             {"-pix_fmt", "yuv420p"},
+             {"-colorspace", "bt709"},
+             {"-color_primaries", "bt709"},
+             {"-color_trc", "bt709"},
+             {"-color_range", "tv"},
+             {"-movflags", "+faststart"}}) {
+        words.push_back(option);
+        words.push_back(value);
+    }
+    words.push_back(film);
+    return words;
+}
+
 void make_video(const OutputFolder& folder, int first, int last, double fps, const fs::path& film) {
-    for (int frame = first; frame <= last;
-         ++frame)  // ffmpeg would end the film at the gap and report success
-        if (!is_whole_png(folder.picture(frame).string()))
-            throw FileError(
-                fmt::format("no film: {} is missing or not whole", folder.picture(frame).string()));
-    const fs::path extension = film.has_extension() ? film.extension() : ".mp4";
-    const fs::path beside =
-        film.parent_path() / fmt::format(".{}.{}{}", film.stem().string(), ::getpid(), extension.string());
-    const auto absolute = fs::absolute(beside).string();  // never taken for an option or a protocol
-    std::string pattern;
+    for (int frame = first; frame <= last; ++frame)  // ffmpeg ends a film at a gap and reports success
+        if (const auto picture = folder.picture(frame); !is_whole_png(picture.string()))
+            throw FileError(fmt::format("no film: {} is missing or not whole", picture.string()));
+    const std::string extension = film.has_extension() ? film.extension().string() : ".mp4";
+    const std::string name = fmt::format(".{}.{}{}", film.stem().string(), ::getpid(), extension);
+    const fs::path beside = fs::absolute(film).parent_path() / name;  // absolute: no option, no protocol
+    std::string pictures;
     for (const char c : fs::absolute(folder.path / "frames").string())
-        pattern += c == '%' ? "%%" : std::string(1, c);
-    const int code = run_program({"ffmpeg",
-                                  "-nostdin",
-                                  "-v",
-                                  "error",
-                                  "-y",
-                                  "-framerate",
-                                  fmt::format("{}", fps),
-                                  "-start_number",
-                                  std::to_string(first),
-                                  "-i",
-                                  pattern + "/frame_%04d.png",
-                                  "-frames:v",
-                                  std::to_string(last - first + 1),
-                                  "-vf",
-                                  "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv",
-                                  "-pix_fmt",
-                                  "yuv420p",
-                                  "-colorspace",
-                                  "bt709",
-                                  "-color_primaries",
-                                  "bt709",
-                                  "-color_trc",
-                                  "bt709",
-                                  "-color_range",
-                                  "tv",
-                                  "-movflags",
-                                  "+faststart",
-                                  absolute});
+        pictures += c == '%' ? "%%" : std::string(1, c);
+    const int code =
+        run_program(ffmpeg_words(pictures + "/frame_%04d.png", first, last - first + 1, fps, beside));
     std::error_code error;
-    if (code == 0) fs::rename(absolute, film, error);
+    if (code == 0) fs::rename(beside, film, error);
     if (code == 0 && !error) return;
-    fs::remove(absolute, error);
+    fs::remove(beside, error);
     throw FileError(fmt::format("cannot write {}: ffmpeg ended with code {}; the pictures are kept",
                                 film.string(), code));
 }
