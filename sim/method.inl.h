@@ -7,7 +7,21 @@
 #include <numeric>
 #include <ostream>
 
+#ifdef __SSE2__
+#include <xmmintrin.h>
+#endif
+
 namespace firn {
+
+/// Counts numbers below the smallest normal one (1.2e-38 for float) as zero, in every thread. The weights of a
+/// particle far out in its stencil are such numbers where snow has come apart, they matter to nothing, and each
+/// operation on one takes an x86 processor about 150 cycles.
+inline void flush_denormals() {
+#ifdef __SSE2__
+#pragma omp parallel
+    _mm_setcsr(_mm_getcsr() | 0x8040);  // flush to zero, denormals are zero
+#endif
+}
 
 template <class Real, Weights kind, Transfer transfer>
 Method<Real, kind, transfer>::Method(const Setup& setup, const ParticleSet& start) : setup_(setup) {
@@ -87,6 +101,7 @@ template <class Real, Weights kind, Transfer transfer> double Method<Real, kind,
 template <class Real, Weights kind, Transfer transfer>
 StepReport Method<Real, kind, transfer>::step(double remaining) {
     constexpr int most_rejections = 20;
+    flush_denormals();
     StepReport report;
     const double wanted = wanted_dt();
     double dt = wanted;
