@@ -236,3 +236,24 @@ TEST_CASE("A film holds all frames, and needs ffmpeg before anything starts", "[
     CHECK(failed.code == 4);
     CHECK_THAT(failed.err, Contains("none/a.mp4"));
 }
+
+TEST_CASE("Frame k holds the state at k / fps exactly", "[run]") {
+    const TempFolder folder;
+    const std::string ball = folder.write("ball.yaml", R"(grid_spacing: 0.08
+frames: 6
+gravity: [0, 0, 0]
+solver: {integrator: explicit, weights: quadratic, precision: double, dt: 0.04164}  # of 0.041667 in a frame
+materials: {snow: {E: 1}}  # so soft that the long step is stable
+bodies: [{shape: {sphere: {radius: 0.2}}, velocity: [1, 0, 0]}]
+)");
+    REQUIRE(run_firn({"simulate", ball, "-o", folder / "out"}).code == 0);
+    const auto at = [&](int frame) {
+        return firn::read_ply(bytes_of_file(folder / "out/particles/frame_000" + std::to_string(frame) + ".ply"))
+            .x.front()
+            .x();
+    };
+    for (int frame = 1; frame <= 6; ++frame) CHECK(at(frame) - at(0) == Approx(frame / 24.0).epsilon(1e-12));
+    const auto record = ordered_json::parse(bytes_of_file(folder / "out/run.json"));
+    CHECK(record["frames"][6]["steps"] == 2);
+    CHECK(record["frames"][6]["dt_max"] == 0.04164);
+}
