@@ -36,6 +36,7 @@ struct ParticleBlock {
     Vec3i coordinates;                      ///< block (i, j, k) begins at node 4 (i, j, k).
     std::uint32_t begin, end;               ///< its particles.
     std::uint32_t first_link, last_link;    ///< its nodes, in Blocks::links.
+    std::size_t size() const { return end - begin; }
 };
 
 /// A block with nodes in it; they lie in the flat array one behind the other.

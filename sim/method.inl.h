@@ -119,14 +119,14 @@ template <class Real, Weights kind, Transfer transfer> void Method<Real, kind, t
     reorder(ps_.material), reorder(ps_.id);
 }
 
-/// Δt of the next step [s]. Chosen: at most max_dt; no particle crosses more than 0.4 of a cell; ‖Δt ∇v‖ ≤ 0.2;
+/// Δt of the next step [s]. Chosen: at most max_dt; no particle crosses more than 0.6 of a cell; ‖Δt ∇v‖ ≤ 0.2;
 /// and where forces are explicit, Δt ≤ 0.5 h/c with the hardened speed of sound c. (The limit of the ideal
 /// lumped-mass chain is 1.92 h/c for cubic, 1.63 h/c for quadratic weights; free surfaces lower it.)
 template <class Real, Weights kind, Transfer transfer> double Method<Real, kind, transfer>::wanted_dt() const {
     const Solver& solver = setup_.solver;
     if (solver.dt) return *solver.dt;
     double dt = solver.max_dt;
-    if (extremes_.speed > 0) dt = std::min(dt, 0.4 * setup_.h / extremes_.speed);
+    if (extremes_.speed > 0) dt = std::min(dt, 0.6 * setup_.h / extremes_.speed);
     if (extremes_.strain_rate > 0) dt = std::min(dt, 0.2 / extremes_.strain_rate);
     if (solver.integrator == Integrator::explicit_euler && extremes_.wave > 0)
         dt = std::min(dt, 0.5 * setup_.h / extremes_.wave);

@@ -19,7 +19,7 @@ public:
             particles_[n] = {d, e.Fe, e.k};
             const P density = energy_density(d.s, e.k);
             double sum = 0;
-            for (int l = 0; l < e.count; ++l) sum += density[l];
+            for (int l = 0; l < lanes; ++l) sum += density[l];    // 0 in lanes without a particle: V⁰ μ = 0
             energy_[n] = sum;
             return Mat3<P>(-(d.U * principal_stress(d.s, e.k).asDiagonal() * d.V.transpose()) * e.Fe.transpose());
         });

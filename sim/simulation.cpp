@@ -67,7 +67,7 @@ double estimate_steps(const Setup& setup, const ParticleSet& particles, double s
     }
     // What falls for all that time, and snow that packs to J_P = 0.8 where it lands.
     speed = std::max(speed, std::sqrt(speed * speed + std::pow(setup.gravity.norm() * std::min(seconds, 0.5), 2)));
-    double dt = std::min(s.max_dt, 0.4 * setup.h / std::max(speed, 1e-30));
+    double dt = std::min(s.max_dt, 0.6 * setup.h / std::max(speed, 1e-30));
     if (s.integrator == Integrator::explicit_euler) {
         double xi = 0;
         for (const Snow& snow : setup.materials) xi = std::max(xi, snow.xi);
