@@ -11,6 +11,10 @@ void FrameRecord::add(const StepReport& report, double seconds) {
     dt_max = std::max(dt_max, report.dt);
     ++steps;
     solver_iterations += report.iterations;
+    unconverged += !report.converged;
+    rejected += report.rejected;
+    if (!report.residuals.empty() && (residuals.empty() || report.residuals.back() > residuals.back()))
+        residuals = report.residuals;
     simulate_seconds += seconds;
     peak_nodes = std::max(peak_nodes, report.nodes);
 }
@@ -38,6 +42,9 @@ Json to_json(const FrameRecord& r) {
             {"dt_min", r.dt_min},
             {"dt_max", r.dt_max},
             {"solver_iterations", r.solver_iterations},
+            {"unconverged", r.unconverged},
+            {"rejected", r.rejected},
+            {"residuals", r.residuals},
             {"simulate_seconds", r.simulate_seconds},
             {"render_seconds", r.render_seconds},
             {"encode_seconds", r.encode_seconds},
@@ -58,6 +65,9 @@ FrameRecord frame_record_from(const Json& json) {
     json.at("dt_min").get_to(r.dt_min);
     json.at("dt_max").get_to(r.dt_max);
     json.at("solver_iterations").get_to(r.solver_iterations);
+    json.at("unconverged").get_to(r.unconverged);
+    json.at("rejected").get_to(r.rejected);
+    json.at("residuals").get_to(r.residuals);
     json.at("simulate_seconds").get_to(r.simulate_seconds);
     json.at("render_seconds").get_to(r.render_seconds);
     json.at("encode_seconds").get_to(r.encode_seconds);

@@ -16,6 +16,9 @@ struct FrameRecord {
     long steps = 0;
     double dt_min = 0, dt_max = 0;  ///< [s]; 0 where there was no step.
     long solver_iterations = 0;
+    long unconverged = 0;           ///< solves that did not reach their tolerance.
+    long rejected = 0;              ///< steps that were thrown away and repeated with a smaller one.
+    std::vector<float> residuals;   ///< of the frame's solve that ended highest, as it went on [1].
     double simulate_seconds = 0;    ///< of stepping alone.
     double render_seconds = 0;
     double encode_seconds = 0;      ///< of encoding and writing the frame's files.

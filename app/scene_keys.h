@@ -28,7 +28,12 @@ template <class E> struct Choice { const char* name; E value; };
 
 inline constexpr auto choices(Integrator) {
     return std::array{Choice<Integrator>{"explicit", Integrator::explicit_euler},
-                      Choice<Integrator>{"semi_implicit", Integrator::semi_implicit}};
+                      Choice<Integrator>{"semi_implicit", Integrator::semi_implicit},
+                      Choice<Integrator>{"newton", Integrator::newton}};
+}
+inline constexpr auto choices(LinearSolver) {
+    return std::array{Choice<LinearSolver>{"conjugate_residual", LinearSolver::conjugate_residual},
+                      Choice<LinearSolver>{"minres", LinearSolver::minres}};
 }
 inline constexpr auto choices(Transfer) {
     return std::array{Choice<Transfer>{"flip", Transfer::flip}, Choice<Transfer>{"apic", Transfer::apic}};
@@ -109,7 +114,7 @@ template <class V> void describe_kinds(V& v, ShapeUse use) {
 }
 
 template <class V> void describe(V& v, Solver& s) {
-    v.key({"integrator", "explicit, or the paper's semi-implicit step"}, s.integrator);
+    v.key({"integrator", "explicit, the paper's semi-implicit step, or fully implicit by Newton's method"}, s.integrator);
     v.key({"beta", "semi_implicit: 0.5 trapezoidal, 1 backward Euler", "", above(0).up_to(1)}, s.beta);
     v.key({"dt", "time step, or auto: bounded by the flow, and by the wave speed when explicit", "s",
            above(0).up_to(1e3)}, s.dt);
@@ -120,8 +125,9 @@ template <class V> void describe(V& v, Solver& s) {
     v.key({"weights", "shape functions of the grid"}, s.weights);
     v.key({"precision", "of particles and grid"}, s.precision);
     v.key({"initial_volume", "grid: the paper's step 2; sampled: mass over density"}, s.initial_volume);
-    v.key({"tolerance", "relative residual of the linear solve", "", above(0).below(1)}, s.tolerance);
-    v.key({"max_iterations", "of the linear solve", "", at_least(1).up_to(10000)}, s.max_iterations);
+    v.key({"linear_solver", "of the implicit integrators; minres survives indefinite systems"}, s.linear_solver);
+    v.key({"tolerance", "relative residual of the solve", "", above(0).below(1)}, s.tolerance);
+    v.key({"max_iterations", "of a linear solve", "", at_least(1).up_to(10000)}, s.max_iterations);
 }
 
 template <class V> void describe(V& v, Snow& s) {
@@ -132,6 +138,8 @@ template <class V> void describe(V& v, Snow& s) {
           s.theta_c);
     v.key({"theta_s", "critical stretch; very large is elastic", "", at_least(0).up_to(1e9)}, s.theta_s);
     v.key({"rho", "density at the start", "kg/m^3", above(0).up_to(1e6)}, s.rho);
+    v.key({"max_density", "of ice: snow packed denser hardens no further; 1e9 for the paper's endless hardening",
+           "kg/m^3", above(0).up_to(1e9)}, s.max_density);
 }
 
 template <class V> void describe(V& v, SceneBody& b) {

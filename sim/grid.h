@@ -10,8 +10,6 @@ namespace firn {
 
 /// A node. After rasterize:  (m v, m | f, 0).  After update:  (vⁿ⁺¹, m | vⁿ, 0), under APIC (vⁿ⁺¹, m | vⁿ⁺¹, 0).
 template <class Real> using Node = Pack<Real, 8>;
-/// A vector at a node, for the linear solve: x y z 0.
-template <class Real> using NodeVector = Pack<Real, 4>;
 
 /// The nodes under the particles: a flat array, block after block; in a block z runs fastest.
 template <class Real> struct Grid {
@@ -19,39 +17,34 @@ template <class Real> struct Grid {
     Blocks blocks;
     std::vector<Node<Real>> nodes;
 
-    std::size_t size() const { return blocks.nodes(); }
-    /// World position of node `n` of the flat array [m].
-    Vec3d position(std::size_t n) const {
-        const int local = static_cast<int>(n % block_nodes);
-        const Vec3i offset(local >> 4, (local >> 2) & 3, local & 3);
-        return double(h) * (4 * blocks.grid_blocks[n / block_nodes].cast<double>() + offset.cast<double>());
+    std::size_t size() const { return blocks.nodes; }
+    /// World position of the node (i, j, k) of a block that bit 16 i + 4 j + k stands for [m].
+    Vec3d position(const GridBlock& block, int bit) const {
+        const Vec3i local(bit >> 4, (bit >> 2) & 3, bit & 3);
+        return double(h) * (block_width * block.coordinates.cast<double>() + local.cast<double>());
     }
 };
 
-/// The nodes that one block's particles reach, side by side, so that a stencil is a plain triple loop.
+/// The nodes that one block's particles reach, side by side, so that a stencil is a plain triple loop. What no
+/// link leads to is not set, and no stencil of the block reads it.
 template <class Value, int stencil_width> struct Tile {
     static constexpr int width = block_width + stencil_width - 1;
     Value values[width * width * width];
 
     static constexpr int index(int i, int j, int k) { return (i * width + j) * width + k; }
 
-    /// Calls f(value of the tile, index in the flat array) for all of them.
-    template <class F> void for_each(const ParticleBlock& b, F&& f) {
-        for (int i = 0; i < width; ++i)
-            for (int j = 0; j < width; ++j) {
-                const int row = 4 * (i >> 2) + 2 * (j >> 2), within = 16 * (i & 3) + 4 * (j & 3);
-                for (int k = 0; k < width; ++k)
-                    f(values[index(i, j, k)], std::size_t(b.reach[row + (k >> 2)]) * block_nodes + within + (k & 3));
-            }
+    /// Calls f(value of the tile, index in the flat array) for all nodes that the block's particles reach.
+    template <class F> void for_each(const Blocks& blocks, const ParticleBlock& b, F&& f) {
+        for (std::uint32_t l = b.first_link; l < b.last_link; ++l) f(values[blocks.links[l].at], blocks.links[l].node);
     }
-    void clear() {
-        for (Value& v : values) v = Value(0);
+    void clear(const Blocks& blocks, const ParticleBlock& b) {
+        for_each(blocks, b, [](Value& v, std::uint32_t) { v = Value(0); });
     }
-    void load(const ParticleBlock& b, const std::vector<Value>& from) {
-        for_each(b, [&](Value& v, std::size_t n) { v = from[n]; });
+    void load(const Blocks& blocks, const ParticleBlock& b, const std::vector<Value>& from) {
+        for_each(blocks, b, [&](Value& v, std::uint32_t n) { v = from[n]; });
     }
-    void add_to(const ParticleBlock& b, std::vector<Value>& to) {
-        for_each(b, [&](Value& v, std::size_t n) { to[n] += v; });
+    void add_to(const Blocks& blocks, const ParticleBlock& b, std::vector<Value>& to) {
+        for_each(blocks, b, [&](Value& v, std::uint32_t n) { to[n] += v; });
     }
 };
 
@@ -67,9 +60,9 @@ void scatter_blocks(const Blocks& blocks, std::vector<Value>& nodes, F&& scatter
         for (std::ptrdiff_t c = 0; c < count; ++c) {
             const ParticleBlock& b = blocks.particle_blocks[colour[c]];
             Tile<Value, stencil_width> tile;
-            tile.clear();
+            tile.clear(blocks, b);
             scatter(b, tile);
-            tile.add_to(b, nodes);
+            tile.add_to(blocks, b, nodes);
         }
     }
 }
@@ -91,9 +84,9 @@ void gather_groups(const Blocks& blocks, std::size_t particles, const std::vecto
             if (!current) {
                 current = &*std::upper_bound(all.begin(), all.end(), p, [](std::size_t q, const ParticleBlock& b) {
                     return q < b.end; });
-                tile.load(*current, nodes);
+                tile.load(blocks, *current, nodes);
             } else if (p >= current->end) {
-                tile.load(*++current, nodes);
+                tile.load(blocks, *++current, nodes);
             }
             return {tile, *current};
         };

@@ -26,7 +26,9 @@ private:
     double wanted_dt() const;
     std::vector<std::size_t> places() const;
     std::vector<float> in_order(const Field<Real, 3>&) const;
-    [[noreturn]] void fail(std::uint32_t id, const std::string& what) const;
+    void check_start() const;
+    void check_energy();
+    [[noreturn]] void fail(const std::string& what) const;
 
     Setup setup_;
     std::vector<SnowModel<Real>> materials_;
@@ -34,17 +36,19 @@ private:
     Grid<Real> grid_;
     std::vector<Offender> offenders_;       ///< of the last attempt.
     Extremes extremes_;                     ///< after the last step.
+    struct { double start, lowest, highest; } energy_;  ///< Σ ½ m v² + V⁰ Ψ at the start; range of Σ m g·x [J].
+    double stiffness_ = 0;                  ///< Σ (λ + 2μ) V⁰ at the start [J].
     double t_ = 0;                          ///< [s]
     long steps_ = 0;
 };
 
-/// One step of the paper, section 4.1; the numbers are the paper's. False: vⁿ⁺¹ would turn particles inside out
+/// One step of the paper, section 4.1; the numbers are the paper's. False: vⁿ⁺¹ could turn particles inside out
 /// (`offenders_`), and nothing has changed for them.
 template <class Real, Weights kind, Transfer transfer>
 bool Method<Real, kind, transfer>::take_step(double dt, StepReport& report) {
     const Solver& solver = setup_.solver;
     const Vec3<Real> g = setup_.gravity.cast<Real>();
-    const Motion<Real> motion{Real(dt), Real(solver.flip_blend), materials_, setup_.colliders, t_};
+    const Motion<Real> motion{Real(dt), Real(solver.flip_blend), g, materials_, setup_.colliders, t_};
 
     sort_particles();                                               //     blocks and nodes under the particles
     rasterize_with_forces<kind, transfer>(ps_, grid_);              //  1  m_i = Σ_p m_p w_ip,  (m v)_i = Σ_p m_p v_p w_ip
@@ -52,11 +56,13 @@ bool Method<Real, kind, transfer>::take_step(double dt, StepReport& report) {
                                                                     //  3  f_i = −Σ_p V_p⁰ P F_Eᵀ ∇w_ip
     accelerate(grid_, Real(dt), g);                                 //  4  v* = v + Δt (f / m + g)
     const auto fixed = collide_nodes(grid_, setup_.colliders, t_);  //  5  v* against the bodies
-    if (solver.integrator == Integrator::semi_implicit) {           //  6  (M + β Δt² ∂²Φ/∂x²) vⁿ⁺¹ = M v*
-        const Convergence c = solve<kind>(ps_, grid_, materials_, fixed, Real(dt), solver);
-        report.iterations += c.iterations, report.residual = c.residual, report.converged = c.converged;
+    if (solver.integrator == Integrator::semi_implicit)             //  6  (M + β Δt² ∂²Φ/∂x²) vⁿ⁺¹ = M v*
+        report.add(solve_implicit<kind>(ps_, grid_, materials_, fixed, dt, solver));
+    if (solver.integrator == Integrator::newton) {                  //     or the minimum of ½‖v − v̂‖² + Φ(x + Δt v)
+        report.add(solve_newton<kind>(ps_, grid_, materials_, fixed, dt, solver));
+        collide_nodes(grid_, setup_.colliders, t_);
     }
-    offenders_ = inverted<kind>(ps_, grid_, Real(dt), !solver.dt);
+    offenders_ = inverted<kind>(ps_, grid_, Real(dt));
     if (!offenders_.empty()) return false;                          //     a step too long is not taken
     finish_nodes<transfer>(grid_);
     extremes_ = advance<kind, transfer>(ps_, grid_, motion);        //  7  F_E, J_P;  8  v_p;  9  v_p against the bodies;

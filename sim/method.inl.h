@@ -27,7 +27,7 @@ template <class Real, Weights kind, Transfer transfer>
 Method<Real, kind, transfer>::Method(const Setup& setup, const ParticleSet& start) : setup_(setup) {
     for (const Snow& s : setup_.materials) {
         const SnowModel<double> m = model(s);
-        materials_.push_back({Real(m.mu0), Real(m.lambda0), Real(m.xi), Real(m.low), Real(m.high)});
+        materials_.push_back({Real(m.mu0), Real(m.lambda0), Real(m.xi), Real(m.low), Real(m.high), Real(m.Jp_min)});
     }
     ps_.n = start.size();
     grid_.h = Real(setup_.h);
@@ -51,22 +51,57 @@ Method<Real, kind, transfer>::Method(const Setup& setup, const ParticleSet& star
         for (int i = 0; i < 6; ++i) ps_.tau.at(p, i) = tau(i);
         extremes_.speed = std::max(extremes_.speed, start.v[p].norm());
     }
+    check_start();
     sort_particles();
     rasterize_with_forces<kind, transfer>(ps_, grid_);
     set_volumes<kind>(ps_, grid_);                                  //  2  ρ_p = Σ_i m_i w_ip / h³,  V_p⁰ = m_p / ρ_p
     for (std::size_t p = 0; p < ps_.n; ++p) {
         const Lame<Real> k = hardened(materials_[ps_.material.empty() ? 0 : ps_.material[p]], ps_.Jp.at(p));
         extremes_.wave = std::max(extremes_.wave, std::sqrt(double(k.lambda + 2 * k.mu) * ps_.V0.at(p) / ps_.m.at(p)));
+        stiffness_ += double(k.lambda + 2 * k.mu) * ps_.V0.at(p);
     }
+    const Totals sum = totals();
+    extremes_.energy = sum.kinetic + sum.elastic, extremes_.height = -sum.potential;
+    energy_.start = extremes_.energy, energy_.lowest = energy_.highest = extremes_.height;
+}
+
+/// A particle cannot begin inside out, or as nothing: no motion leads there, and J_P could not follow.
+template <class Real, Weights kind, Transfer transfer> void Method<Real, kind, transfer>::check_start() const {
+    for (std::size_t p = 0; p < ps_.n; ++p) {
+        const Real J = determinant(matrix_of(ps_.Fe, p)), v = vector_of(ps_.v, p).norm();
+        const auto must = [&](bool good, const char* name, Real value, const char* allowed) {
+            if (!good) fail(fmt::format("particle {} has {} = {:g}, which must be {}", p, name, value, allowed));
+        };
+        must(J > 0 && std::isfinite(J), "det F_E", J, "above 0 and finite");
+        must(std::isfinite(v), "|v|", v, "finite");
+        must(ps_.Jp.at(p) > 0 && std::isfinite(ps_.Jp.at(p)), "J_P", ps_.Jp.at(p), "above 0 and finite");
+        must(ps_.m.at(p) > 0 && std::isfinite(ps_.m.at(p)), "mass", ps_.m.at(p), "above 0 and finite");
+    }
+}
+
+/// Energy cannot come from nowhere: an unstable step shows in it long before anything overflows. Moving bodies
+/// give what they like, and are not checked; round-off in F_E is worth some 10⁻⁹ of the stiffness.
+template <class Real, Weights kind, Transfer transfer> void Method<Real, kind, transfer>::check_energy() {
+    if (!std::isfinite(extremes_.energy + extremes_.height + extremes_.wave))
+        fail("speeds or stresses are not finite any more");
+    energy_.lowest = std::min(energy_.lowest, extremes_.height), energy_.highest = std::max(energy_.highest, extremes_.height);
+    const double given = energy_.start + energy_.highest - energy_.lowest;
+    const bool pushed = std::any_of(setup_.colliders.begin(), setup_.colliders.end(),
+                                    [](const Collider& c) { return c.velocity != Vec3d::Zero(); });
+    if (!pushed && extremes_.energy > 2 * given + 1e-9 * stiffness_)
+        fail(fmt::format("the snow has {:g} J of which the start and gravity gave {:g} J: the steps are unstable; where "
+                         "forces are explicit, about {:g} s is the longest that is not", extremes_.energy, given,
+                         0.5 * setup_.h / extremes_.wave));
 }
 
 template <class Real, Weights kind, Transfer transfer> void Method<Real, kind, transfer>::sort_particles() {
     try {
-        grid_.blocks = arrange(runs<kind>(ps_, grid_.h), ps_.n);
+        grid_.blocks = arrange(runs<kind>(ps_, grid_.h), ps_.n, BSpline<kind>::width);
     } catch (const std::out_of_range& lost) {
         const auto p = std::stoul(lost.what());
         const Vec3<Real> x = vector_of(ps_.x, p);
-        fail(ps_.id[p], fmt::format("is at ({:g}, {:g}, {:g}) m, where no grid can be", x(0), x(1), x(2)));
+        fail(fmt::format("particle {} is at ({:g}, {:g}, {:g}) m, where {} numbers cannot tell places in a cell apart",
+                         ps_.id[p], x(0), x(1), x(2), sizeof(Real) == 4 ? "float" : "double"));
     }
     const std::vector<std::uint32_t>& order = grid_.blocks.order;
     if (order.empty()) return;
@@ -104,6 +139,7 @@ StepReport Method<Real, kind, transfer>::step(double remaining) {
     flush_denormals();
     StepReport report;
     const double wanted = wanted_dt();
+    if (!(wanted > 1e-12 * remaining)) fail(fmt::format("the longest stable step would be {:g} s", wanted));
     double dt = wanted;
     if (setup_.solver.dt) {
         if (wanted >= remaining * (1 - 1e-9)) dt = remaining;
@@ -114,10 +150,11 @@ StepReport Method<Real, kind, transfer>::step(double remaining) {
         const Offender& worst = *std::min_element(offenders_.begin(), offenders_.end(),
             [](const Offender& a, const Offender& b) { return a.id < b.id; });
         if (++report.rejected > most_rejections)
-            fail(worst.id, fmt::format("would be turned inside out ({} = {:g}) even by a step of {:g} s",
-                                       setup_.solver.dt ? "det(I + Δt ∇v)" : "‖Δt ∇v‖", worst.value, dt));
+            fail(fmt::format("particle {} could be turned inside out (‖Δt ∇v‖ = {:g}) even by a step of {:g} s",
+                             worst.id, worst.value, dt));
         dt /= 2;
     }
+    check_energy();
     report.dt = dt;
     report.nodes = grid_.size();
     t_ += dt;
@@ -126,10 +163,10 @@ StepReport Method<Real, kind, transfer>::step(double remaining) {
 }
 
 template <class Real, Weights kind, Transfer transfer>
-void Method<Real, kind, transfer>::fail(std::uint32_t id, const std::string& what) const {
+void Method<Real, kind, transfer>::fail(const std::string& what) const {
     throw SimulationError(fmt::format(
-        "step {} at t = {:.6g} s: particle {} {}; a smaller solver.dt or max_dt, softer materials (E, xi) or slower "
-        "bodies may help, and solver.precision: double where lengths or speeds are extreme", steps_ + 1, t_, id, what));
+        "step {} at t = {:.6g} s: {}; a smaller solver.dt or max_dt, softer materials (E, xi) or slower "
+        "bodies may help, and solver.precision: double where lengths or speeds are extreme", steps_ + 1, t_, what));
 }
 
 template <class Real, Weights kind, Transfer transfer> Totals Method<Real, kind, transfer>::totals() const {
@@ -210,7 +247,7 @@ template <class Real, Weights kind, Transfer transfer>
 void Method<Real, kind, transfer>::save(std::ostream& out) const {
     const auto own = signature<Real, kind, transfer>(ps_.n);
     write_raw(out, own.data(), own.size());
-    write_raw(out, &extremes_, 1), write_raw(out, &t_, 1), write_raw(out, &steps_, 1);
+    write_raw(out, &extremes_, 1), write_raw(out, &energy_, 1), write_raw(out, &t_, 1), write_raw(out, &steps_, 1);
     ps_.for_each_field([&](const auto& field) { write_raw(out, field.raw(), field.bytes()); });
     write_raw(out, ps_.material.data(), ps_.material.size());
     write_raw(out, ps_.id.data(), ps_.id.size());
@@ -221,7 +258,7 @@ void Method<Real, kind, transfer>::restore(std::istream& in) {
     auto saved = signature<Real, kind, transfer>(0);
     read_raw(in, saved.data(), saved.size());
     if (saved != signature<Real, kind, transfer>(ps_.n)) throw std::runtime_error("the state is of another simulation");
-    read_raw(in, &extremes_, 1), read_raw(in, &t_, 1), read_raw(in, &steps_, 1);
+    read_raw(in, &extremes_, 1), read_raw(in, &energy_, 1), read_raw(in, &t_, 1), read_raw(in, &steps_, 1);
     ps_.for_each_field([&](auto& field) { read_raw(in, field.raw(), field.bytes()); });
     read_raw(in, ps_.material.data(), ps_.material.size());
     read_raw(in, ps_.id.data(), ps_.id.size());

@@ -5,7 +5,8 @@
 
 namespace firn {
 
-enum class Integrator { explicit_euler, semi_implicit };
+enum class Integrator { explicit_euler, semi_implicit, newton };
+enum class LinearSolver { conjugate_residual, minres };
 enum class Transfer { flip, apic };
 enum class Weights { cubic, quadratic };
 enum class Precision { single, twofold };
@@ -22,8 +23,9 @@ struct Solver {
     Weights weights = Weights::cubic;
     Precision precision = Precision::single;
     InitialVolume initial_volume = InitialVolume::grid;  ///< V⁰ = m_p/ρ_p of step 2, or m_p/ρ₀.
-    double tolerance = 1e-4;                      ///< residual of the linear solve, relative to the first one [1].
-    int max_iterations = 30;                      ///< of the linear solve.
+    LinearSolver linear_solver = LinearSolver::conjugate_residual;
+    double tolerance = 1e-4;                      ///< residual of the solve, relative to the first one [1].
+    int max_iterations = 30;                      ///< of a linear solve.
 };
 
 enum class ContactLaw { slide, sticky };

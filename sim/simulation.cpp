@@ -28,28 +28,32 @@ std::size_t bytes_per_particle(const Solver& s) {
     std::size_t numbers = 3 + 3 + 9 + 1 + 6 + 1 + 1;                       // x v Fe Jp tau m V0
     numbers += 9;                                                          // the largest field, while it is sorted
     if (s.transfer == Transfer::apic) numbers += 9;                        // C
-    if (s.integrator == Integrator::semi_implicit) numbers += 9 + 6 + 2 + 9;  // R, K, k, A
+    if (s.integrator != Integrator::explicit_euler)                        // weights, F_E, k; F R K k or U W A even odd
+        numbers += 6 * (s.weights == Weights::cubic ? 4 : 3) + 9 + 2 + 33;
     return numbers * real + 1 + 4 + 4;                                     // material, id, order
 }
 
 std::size_t bytes_per_node(const Solver& s) {
     const std::size_t real = s.precision == Precision::single ? 4 : 8;
-    return real * (s.integrator == Integrator::semi_implicit ? 8 + 4 * 9 : 8);
+    return real * (s.integrator == Integrator::explicit_euler ? 8 : 8 + 4 * 12);
 }
 
 std::size_t count_nodes(const ParticleSet& particles, double h, Weights weights) {
+    const bool cubic = weights == Weights::cubic;
     std::vector<Run> all;
     for (std::uint32_t p = 0; p < particles.size(); ++p) {
-        Vec3i block;
+        Vec3i base;
         for (int a = 0; a < 3; ++a) {
             const double X = particles.x[p](a) / h;
-            const double base = weights == Weights::cubic ? BSpline<Weights::cubic>::base(X) : BSpline<Weights::quadratic>::base(X);
-            block(a) = static_cast<int>(std::clamp(base, -2e9, 2e9)) >> 2;
+            const double first = cubic ? BSpline<Weights::cubic>::base(X) : BSpline<Weights::quadratic>::base(X);
+            base(a) = static_cast<int>(std::clamp(first, -2e9, 2e9));
         }
-        if (all.empty() || all.back().block != block) all.push_back({block, p, p});
+        const Vec3i block(base(0) >> 2, base(1) >> 2, base(2) >> 2);
+        if (all.empty() || all.back().block != block) all.push_back({block, p, p, 0});
         ++all.back().end;
+        all.back().bases |= node_bit(base(0) & 3, base(1) & 3, base(2) & 3);
     }
-    return arrange(all, particles.size()).nodes();
+    return arrange(all, particles.size(), cubic ? 4 : 3).nodes;
 }
 
 double estimate_steps(const Setup& setup, const ParticleSet& particles, double seconds) {

@@ -1,4 +1,5 @@
 #pragma once
+#include "sim/conjugate_residual.h"
 #include "sim/sampling.h"
 #include "sim/settings.h"
 #include "sim/snow.h"
@@ -24,11 +25,13 @@ struct Setup {
 /// What one step did.
 struct StepReport {
     double dt = 0;                      ///< Δt taken [s].
-    int iterations = 0;                 ///< of the linear solve; 0 for explicit steps.
-    double residual = 0;                ///< of the linear solve, relative to its first one [1].
-    bool converged = true;              ///< false: residual above the tolerance.
+    int iterations = 0;                 ///< of the linear solves; 0 for explicit steps.
+    std::vector<float> residuals{};     ///< of the solve, relative to its first one, as it went on [1].
+    bool converged = true;              ///< false: the last residual is above the tolerance.
     int rejected = 0;                   ///< attempts with a longer Δt that were thrown away before this one.
     std::size_t nodes = 0;              ///< grid nodes in use.
+
+    void add(const Convergence& c) { iterations += c.iterations, residuals = c.history, converged = c.converged; }
 };
 
 /// Sums over all particles.
@@ -58,7 +61,7 @@ public:
     virtual ~Simulation() = default;
 
     /// One step, of at most `remaining` seconds (and exactly that many where the step that is wanted comes
-    /// within 10⁻⁹ of it). Throws SimulationError; the particles are then as before the step.
+    /// within 10⁻⁹ of it). Throws SimulationError, after which there is no next step.
     virtual StepReport step(double remaining) = 0;
 
     virtual std::size_t size() const = 0;                ///< particles.

@@ -22,6 +22,7 @@ struct Snow {
     double theta_c = 2.5e-2;  ///< critical compression θ_c [1]. Larger: chunky and wet; smaller: powdery and dry.
     double theta_s = 7.5e-3;  ///< critical stretch θ_s [1]. As θ_c, for tension.
     double rho = 400;         ///< density at the start ρ₀ [kg/m³].
+    double max_density = 917; ///< that of ice: what is packed denser hardens no further [kg/m³].
 };
 
 /// What the formulas need of a Snow. T: a number, or a pack of them with a particle in each lane.
@@ -29,18 +30,20 @@ template <class T> struct SnowModel {
     T mu0, lambda0;   ///< [Pa]
     T xi;             ///< [1]
     T low, high;      ///< 1 − θ_c and 1 + θ_s, the range of the elastic singular values.
+    T Jp_min;         ///< ρ₀ / max_density, at most 1: J_P below it hardens as it does.
 };
 
 /// μ₀ = E₀ / (2 (1 + ν)),  λ₀ = E₀ ν / ((1 + ν)(1 − 2ν))
 inline SnowModel<double> model(const Snow& s) {
-    return {s.E / (2 * (1 + s.nu)), s.E * s.nu / ((1 + s.nu) * (1 - 2 * s.nu)), s.xi, 1 - s.theta_c, 1 + s.theta_s};
+    return {s.E / (2 * (1 + s.nu)), s.E * s.nu / ((1 + s.nu) * (1 - 2 * s.nu)), s.xi, 1 - s.theta_c, 1 + s.theta_s,
+            std::fmin(1, s.rho / s.max_density)};
 }
 
 template <class T> struct Lame { T mu, lambda; };  // [Pa]
 
-/// μ = μ₀ exp(ξ (1 − J_P)),  λ = λ₀ exp(ξ (1 − J_P))
+/// μ = μ₀ exp(ξ (1 − J_P)),  λ = λ₀ exp(ξ (1 − J_P)), with J_P no smaller than where snow is ice.
 template <class T> Lame<T> hardened(const SnowModel<T>& s, T Jp) {
-    const T factor = exp(s.xi * (T(1) - Jp));
+    const T factor = exp(s.xi * (T(1) - maximum(Jp, s.Jp_min)));
     return {s.mu0 * factor, s.lambda0 * factor};
 }
 
@@ -58,6 +61,12 @@ template <class T> Elastic<T> elastic(const Mat3<T>& Fe) {
 /// Ψ = μ ‖F − R‖² + λ/2 (J − 1)²                                                             report, sec. 2
 template <class T> T energy_density(const Elastic<T>& e, const Lame<T>& k) {
     return k.mu * Mat3<T>(e.F - e.R).squaredNorm() + k.lambda / T(2) * (e.J - T(1)) * (e.J - T(1));
+}
+
+/// The same of singular values:  Ψ = μ Σ (σ_i − 1)² + λ/2 (J − 1)²
+template <class T> T energy_density(const Vec3<T>& s, const Lame<T>& k) {
+    const T J = s(0) * s(1) * s(2);
+    return k.mu * Vec3<T>(s - Vec3<T>::Ones()).squaredNorm() + k.lambda / T(2) * (J - T(1)) * (J - T(1));
 }
 
 /// P = ∂Ψ/∂F = 2μ (F − R) + λ (J − 1) cof F                                                  report, sec. 2
@@ -124,6 +133,7 @@ template <class T> struct Returned {
     T Jp;
     Mat3<T> tau;  ///< P F_Eᵀ at the hardened μ, λ [Pa].
     Lame<T> k;    ///< hardened by the new J_P.
+    T energy_density;  ///< Ψ [J/m³]
 };
 
 /// Return mapping. F̂_E = U Σ̂ Vᵀ with U, V rotations:  Σ ← clamp(Σ̂, 1 − θ_c, 1 + θ_s),  F_E ← U Σ Vᵀ.
@@ -141,6 +151,7 @@ template <class T> Returned<T> return_map(const SnowModel<T>& s, const Mat3<T>& 
     r.Jp = select(plastic, T(Jp * (d.s(0) * d.s(1) * d.s(2)) / (sigma(0) * sigma(1) * sigma(2))), Jp);
     r.k = hardened(s, r.Jp);
     r.tau = kirchhoff_stress(d.U, sigma, r.k);
+    r.energy_density = energy_density(sigma, r.k);
     return r;
 }
 

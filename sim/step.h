@@ -1,9 +1,11 @@
 #pragma once
 #include "sim/collision.h"
 #include "sim/implicit.h"
+#include "sim/transfer.h"
 #include "sim/simulation.h"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 
 namespace firn {
@@ -36,13 +38,15 @@ std::vector<FixedNode<Real>> collide_nodes(Grid<Real>& grid, const std::vector<C
     std::vector<FixedNode<Real>> fixed;
     if (colliders.empty()) return fixed;
     const double h = grid.h;
-    for (std::size_t b = 0; b < grid.blocks.grid_blocks.size(); ++b) {
-        const Vec3d center = h * (4 * grid.blocks.grid_blocks[b].template cast<double>() + Vec3d::Constant(1.5));
+    for (const GridBlock& b : grid.blocks.grid_blocks) {
+        const Vec3d center = h * (block_width * b.coordinates.cast<double>() + Vec3d::Constant(1.5));
         if (!near(colliders, center, 1.5 * std::sqrt(3.0) * h * (1 + 1e-9), t)) continue;
-        for (std::size_t i = b * block_nodes; i < (b + 1) * block_nodes; ++i) {
+        std::uint32_t i = b.first;
+        for (NodeSet left = b.nodes; left != 0; left &= left - 1, ++i) {
             Node<Real>& node = grid.nodes[i];
             if (!(node[3] > 0)) continue;
-            const Collided c = collide(grid.position(i), Vec3d(node[0], node[1], node[2]), colliders, t);
+            const Vec3d x = grid.position(b, std::countr_zero(left));
+            const Collided c = collide(x, Vec3d(node[0], node[1], node[2]), colliders, t);
             if (!c.touched) continue;
             for (int a = 0; a < 3; ++a) node.lanes[a] = Real(c.v(a));
             fixed.push_back({i, c.free.template cast<Real>()});
@@ -57,17 +61,17 @@ template <Transfer transfer, class Real> void finish_nodes(Grid<Real>& grid) {
         for (Node<Real>& n : grid.nodes) n = Node<Real>::of(n[0], n[1], n[2], n[3], n[0], n[1], n[2], 0);
 }
 
-/// A particle whose step goes wrong: its deformation would turn inside out, or is not a number.
+/// A particle whose step goes wrong: its deformation could turn inside out, or is not a number.
 struct Offender {
     std::uint32_t id;
-    double value;           ///< det(I + Δt ∇v), or ‖Δt ∇v‖ where that is what was limited.
+    double value;           ///< ‖Δt ∇v‖
 };
 
-/// Looks for particles that vⁿ⁺¹ would invert: det(I + Δt ∇v) ≤ 0 or, where `limit_norm`, ‖Δt ∇v‖ ≥ 1, which
-/// is safely on this side of it. Blocks whose nodes move nearly alike are passed over: ‖∇v‖ is at most half the
-/// spread of the velocities times Σ_i ‖∇w_ip‖, which is 6/h at the most.
+/// Looks for particles that vⁿ⁺¹ could invert: ‖Δt ∇v‖ ≥ 1, short of which det(I + Δt ∇v) > 0. Blocks whose nodes
+/// move nearly alike are passed over: ‖∇v‖ is at most half the spread of the velocities times Σ_i ‖∇w_ip‖, which
+/// is 6/h at the most.
 template <Weights kind, class Real>
-std::vector<Offender> inverted(const Particles<Real>& ps, const Grid<Real>& grid, Real dt, bool limit_norm) {
+std::vector<Offender> inverted(const Particles<Real>& ps, const Grid<Real>& grid, Real dt) {
     std::vector<Offender> offenders;
     const auto count = static_cast<std::ptrdiff_t>(grid.blocks.particle_blocks.size());
 #pragma omp parallel for schedule(dynamic)
@@ -77,7 +81,7 @@ std::vector<Offender> inverted(const Particles<Real>& ps, const Grid<Real>& grid
         constexpr Real huge = std::numeric_limits<Real>::max();
         Node<Real> low(huge), high(-huge);
         bool finite = true;
-        tile.for_each(b, [&](Node<Real>& v, std::size_t n) {
+        tile.for_each(grid.blocks, b, [&](Node<Real>& v, std::uint32_t n) {
             v = grid.nodes[n];
             if (!(v[3] > 0)) return;
             low = minimum(low, v), high = maximum(high, v);
@@ -89,10 +93,10 @@ std::vector<Offender> inverted(const Particles<Real>& ps, const Grid<Real>& grid
         for (std::uint32_t p = b.begin; p < b.end; ++p) {
             const Stencil<Real, kind> s(vector_of(ps.x, p), grid.h);
             const Interpolated<Node<Real>> i = interpolate<kind, Transfer::flip>(tile, b, s);
-            Mat3<Real> step;
-            for (int k = 0; k < 9; ++k) step(k) = dt * i.d[k / 3][k % 3];
-            const Real value = limit_norm ? step.norm() : determinant(Mat3<Real>(Mat3<Real>::Identity() + step));
-            if (limit_norm ? value < 1 : (value > 0 && std::isfinite(value))) continue;
+            Mat3<Real> gradient;
+            for (int k = 0; k < 9; ++k) gradient(k) = i.d[k / 3][k % 3];
+            const Real value = dt * gradient.norm();
+            if (value < 1) continue;
 #pragma omp critical
             offenders.push_back({ps.id[p], double(value)});
         }
@@ -100,19 +104,23 @@ std::vector<Offender> inverted(const Particles<Real>& ps, const Grid<Real>& grid
     return offenders;
 }
 
-/// Largest values over all particles after a step, which bound the next Δt.
+/// Largest values over all particles after a step, which bound the next Δt, and their energy.
 struct Extremes {
     double speed = 0;       ///< |v_p| [m/s]
     double wave = 0;        ///< speed of sound √((λ + 2μ) V⁰ / m), hardened [m/s]
     double strain_rate = 0; ///< ‖∇v_p‖ [1/s]
+    double energy = 0;      ///< Σ ½ m v² + V⁰ Ψ [J]
+    double height = 0;      ///< Σ m g·x [J]: what gravity has given.
     void include(const Extremes& e) {
         speed = std::max(speed, e.speed), wave = std::max(wave, e.wave), strain_rate = std::max(strain_rate, e.strain_rate);
+        energy += e.energy, height += e.height;
     }
 };
 
 /// What steps 7 to 10 need besides particles and nodes.
 template <class Real> struct Motion {
     Real dt, flip_blend;
+    Vec3<Real> gravity;
     const std::vector<SnowModel<Real>>& materials;
     const std::vector<Collider>& colliders;
     double t;
@@ -173,17 +181,20 @@ Extremes advance(Particles<Real>& ps, const Grid<Real>& grid, const Motion<Real>
             for (int a = 0; a < 3; ++a) v(a).lanes[l] = Real(v_l(a));
         }
         store(ps.v, g, v);
-        store(ps.x, g, Vec3<P>(x + dt * v));
+        const Vec3<P> x_new = x + dt * v;
+        store(ps.x, g, x_new);
 
-        const P speed2 = v.squaredNorm(), rate2 = gradient.squaredNorm();
-        const P wave2 = (r.k.lambda + P(2) * r.k.mu) * ps.V0.pack(g) / ps.m.pack(g);
+        const P m = ps.m.pack(g), V0 = ps.V0.pack(g), speed2 = v.squaredNorm(), rate2 = gradient.squaredNorm();
+        const P wave2 = (r.k.lambda + P(2) * r.k.mu) * V0 / m, energy = m * speed2 / P(2) + V0 * r.energy_density;
+        const P height = m * (P(motion.gravity(0)) * x_new(0) + P(motion.gravity(1)) * x_new(1) + P(motion.gravity(2)) * x_new(2));
         Extremes& e = extremes[g / groups_per_chunk];
         for (int l = 0; l < count; ++l)
-            e.include({double(speed2[l]), double(wave2[l]), double(rate2[l])});
+            e.include({double(speed2[l]), double(wave2[l]), double(rate2[l]), double(energy[l]), double(height[l])});
     });
     Extremes all;
     for (const Extremes& e : extremes) all.include(e);
-    return {std::sqrt(all.speed), std::sqrt(all.wave), std::sqrt(all.strain_rate)};
+    all.speed = std::sqrt(all.speed), all.wave = std::sqrt(all.wave), all.strain_rate = std::sqrt(all.strain_rate);
+    return all;
 }
 
 }  // namespace firn

@@ -14,21 +14,23 @@ SnowModel<Pack<Real, lanes>> models_of(const Particles<Real>& ps, const std::vec
                                        std::size_t group) {
     using P = Pack<Real, lanes>;
     const SnowModel<Real>& s = all[0];
-    SnowModel<P> m{P(s.mu0), P(s.lambda0), P(s.xi), P(s.low), P(s.high)};
+    SnowModel<P> m{P(s.mu0), P(s.lambda0), P(s.xi), P(s.low), P(s.high), P(s.Jp_min)};
     if (ps.material.empty()) return m;
     for (std::size_t p = group * lanes; p < std::min((group + 1) * lanes, ps.n); ++p) {
         const SnowModel<Real>& own = all[ps.material[p]];
         const int l = p % lanes;
         m.mu0.lanes[l] = own.mu0, m.lambda0.lanes[l] = own.lambda0, m.xi.lanes[l] = own.xi;
-        m.low.lanes[l] = own.low, m.high.lanes[l] = own.high;
+        m.low.lanes[l] = own.low, m.high.lanes[l] = own.high, m.Jp_min.lanes[l] = own.Jp_min;
     }
     return m;
 }
 
 /// Stretches of consecutive particles with their base nodes in one block (input of `arrange`).
-/// Throws std::out_of_range with the number of the first particle that is nowhere (NaN, or beyond 2·10⁹ nodes).
+/// Throws std::out_of_range with the number of the first particle that is nowhere: NaN, beyond 2·10⁹ nodes, or so
+/// far out that Real does not tell sixteenths of a cell apart.
 template <Weights kind, class Real> std::vector<Run> runs(const Particles<Real>& ps, Real h) {
     constexpr std::ptrdiff_t chunk = 4096;
+    constexpr Real farthest = sizeof(Real) == 4 ? Real(1 << 20) : Real(2e9);
     const auto n = static_cast<std::ptrdiff_t>(ps.n), chunks = (n + chunk - 1) / chunk;
     std::vector<std::vector<Run>> parts(chunks);
     std::ptrdiff_t lost = n;
@@ -38,11 +40,12 @@ template <Weights kind, class Real> std::vector<Run> runs(const Particles<Real>&
         for (auto p = c * chunk; p < std::min((c + 1) * chunk, n); ++p) {
             Vec3<Real> base;
             for (int a = 0; a < 3; ++a) base(a) = BSpline<kind>::base(ps.x.at(p, a) / h);
-            if (!(base.cwiseAbs().maxCoeff() < Real(2e9)) || base.hasNaN()) { lost = std::min(lost, p); break; }
+            if (!(base.cwiseAbs().maxCoeff() < farthest) || base.hasNaN()) { lost = std::min(lost, p); break; }
             const Vec3i block(int(base(0)) >> 2, int(base(1)) >> 2, int(base(2)) >> 2);
             const auto index = static_cast<std::uint32_t>(p);
-            if (part.empty() || part.back().block != block) part.push_back({block, index, index});
+            if (part.empty() || part.back().block != block) part.push_back({block, index, index, 0});
             ++part.back().end;
+            part.back().bases |= node_bit(int(base(0)) & 3, int(base(1)) & 3, int(base(2)) & 3);
         }
     }
     if (lost < n) throw std::out_of_range(std::to_string(lost));

@@ -32,7 +32,7 @@ static Checkpoint sample_checkpoint(const LoadedScene& loaded, const Simulation&
     Checkpoint c{program_version(),           loaded.resolved, loaded.hash, 3, 0.1 + 0.2, {}, {},
                  compressed_state(simulation)};
     c.running.add(
-        {.dt = 1.0 / 3, .iterations = 5, .residual = 0, .converged = true, .rejected = 0, .nodes = 17}, 0.25);
+        {.dt = 1.0 / 3, .iterations = 5, .residuals = {1, 0.125}, .converged = true, .rejected = 0, .nodes = 17}, 0.25);
     c.frames.resize(4);
     for (int k = 0; k < 4; ++k) c.frames[k].frame = k, c.frames[k].totals.momentum = Vec3d(k, 1e-300, -0.0);
     return c;

@@ -13,8 +13,10 @@ static int dark_pixels(const Image& image) {
 
 TEST_CASE("A drawing has the same marks as SVG and as a picture", "[drawing]") {
     Drawing d{60, 40, {}};
-    d.marks.push_back(Drawing::Box{10, 10, 20, 30, {200, 0, 0}});
-    d.marks.push_back(Drawing::Line{30, 5, 30, 35, 2, {0, 0, 0}});
+    const Drawing::Box box{10, 10, 20, 30, {200, 0, 0}};
+    const Drawing::Line line{30, 5, 30, 35, 2, {0, 0, 0}};
+    d.marks.emplace_back(box);
+    d.marks.emplace_back(line);
     const Image image = to_image(d);
     REQUIRE(image.width == 60);
     const auto at = [&](int x, int y) { return image.pixels[3 * (std::size_t(y) * 60 + x) + 1]; };
@@ -28,7 +30,8 @@ TEST_CASE("A drawing has the same marks as SVG and as a picture", "[drawing]") {
 
 TEST_CASE("Text is drawn as wide as it says, and escaped in SVG", "[drawing]") {
     Drawing d{200, 40, {}};
-    d.marks.push_back(Drawing::Text{100, 30, "a<b & c", 1, 14, {}});
+    const Drawing::Text text{100, 30, "a<b & c", 1, 14, {}};
+    d.marks.emplace_back(text);
     const Image image = to_image(d);
     CHECK(dark_pixels(image) > 20);
     const double width = text_width("a<b & c", 14);

@@ -24,12 +24,12 @@ TEST_CASE("A scene of two lines runs with the documented defaults", "[scene]") {
         nlohmann::ordered_json::parse(
             R"({"integrator": "semi_implicit", "beta": 1.0, "dt": "auto", "max_dt": 1e-3, "transfer": "flip",
                   "flip_blend": 0.95, "weights": "cubic", "precision": "float", "initial_volume": "grid",
-                  "tolerance": 1e-4, "max_iterations": 30})"));
+                  "linear_solver": "conjugate_residual", "tolerance": 1e-4, "max_iterations": 30})"));
     CHECK(
         json["materials"] ==
         nlohmann::ordered_json::parse(
             R"({"snow": {"E": 1.4e5, "nu": 0.2, "xi": 10.0, "theta_c": 2.5e-2, 
-                    "theta_s": 7.5e-3, "rho": 400.0}})"));
+                    "theta_s": 7.5e-3, "rho": 400.0, "max_density": 917.0}})"));
     const auto& body = json["bodies"][0];
     CHECK(body["material"] == "snow");
     CHECK(body["velocity"] == nlohmann::ordered_json{0, 0, 0});

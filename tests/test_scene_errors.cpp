@@ -123,7 +123,7 @@ TEST_CASE("Vectors, texts and words are told what they must be", "[scene]") {
         {rest + "solver: {weights: qubic}\n",
          "3:19",
          {"unknown word qubic; allowed: cubic, quadratic (did you mean cubic?)"}},
-        {rest + "solver: {integrator: newton}\n", "3:22", {"allowed: explicit, semi_implicit"}},
+        {rest + "solver: {integrator: newtn}\n", "3:22", {"allowed: explicit, semi_implicit, newton", "newton"}},
         {rest + "solver: 5\n", "3:9", {"solver: is 5; must be a mapping with: integrator"}},
         {rest + "colliders: {shape: 1}\n", "3:12", {"must be a list"}},
         {rest + "materials: [a]\n", "3:12", {"must be a mapping of names"}},

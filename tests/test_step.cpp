@@ -336,6 +336,7 @@ TEST_CASE("a particle that is nowhere stops the simulation and says which", "[st
 TEST_CASE("a step that would turn particles inside out is halved, counted and still lands", "[step]") {
     Setup setup = small_setup();
     setup.colliders.clear();
+    setup.materials[0].xi = 0;      // what is packed in one long step would harden out of all proportion
     setup.solver.integrator = Integrator::explicit_euler;
     setup.solver.dt = 0.02;
     ParticleSet start = small_ball();

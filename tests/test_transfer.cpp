@@ -1,8 +1,10 @@
-#include "sim/implicit.h"
+#include "sim/hessian.h"
 #include "sim/step.h"
 #include "tests/random_matrices.h"
 
 #include <catch2/catch.hpp>
+
+#include <bit>
 
 using namespace firn;
 
@@ -33,15 +35,23 @@ template <Weights kind> struct Lump {
             set_stress(p);
         }
         grid.h = h;
-        const Blocks unsorted = arrange(runs<kind>(ps, h), n);
+        const Blocks unsorted = arrange(runs<kind>(ps, h), n, BSpline<kind>::width);
         ps.for_each_field([&](auto& field) { std::decay_t<decltype(field)> spare; field.permute(unsorted.order, spare); });
-        grid.blocks = arrange(runs<kind>(ps, h), n);
+        grid.blocks = arrange(runs<kind>(ps, h), n, BSpline<kind>::width);
     }
     Lame<double> lame(std::size_t p) const { return hardened(snow, ps.Jp.at(p)); }
     void set_stress(std::size_t p) {
         const Elastic<double> e = elastic(matrix_of(ps.Fe, p));
         const auto tau = upper_triangle(Mat3d(stress(e, lame(p)) * e.F.transpose()));
         for (int i = 0; i < 6; ++i) ps.tau.at(p, i) = tau(i);
+    }
+    Vec3d position(std::size_t node) const {
+        for (const GridBlock& b : grid.blocks.grid_blocks) {
+            std::size_t i = b.first;
+            for (int bit = 0; bit < 64; ++bit)
+                if ((b.nodes >> bit & 1) != 0 && i++ == node) return grid.position(b, bit);
+        }
+        throw std::out_of_range("node");
     }
     /// Nodes that carry mass.
     std::vector<std::size_t> active() const {
@@ -54,7 +64,7 @@ template <Weights kind> struct Lump {
         double sum = 0;
         for (const ParticleBlock& b : grid.blocks.particle_blocks) {
             Tile<NodeVector<double>, BSpline<kind>::width> tile;
-            tile.load(b, u.at);
+            tile.load(grid.blocks, b, u.at);
             for (std::uint32_t p = b.begin; p < b.end; ++p) {
                 const auto i = interpolate<kind, Transfer::flip>(tile, b, Stencil<double, kind>(vector_of(ps.x, p), h));
                 Mat3d gradient;
@@ -65,7 +75,7 @@ template <Weights kind> struct Lump {
         }
         return sum;
     }
-    NodeField<double> still() const { NodeField<double> u; u.at.assign(grid.size(), NodeVector<double>(0)); return u; }
+    NodeField<double> still() const { return NodeField<double>(grid.size()); }
     NodeField<double> random_motion(RandomInput& random) const {
         NodeField<double> u = still();
         for (auto& a : u.at) a = NodeVector<double>::of(random.number(), random.number(), random.number(), 0);
@@ -95,7 +105,7 @@ template <Weights kind, Transfer transfer> void check_conservation() {
     double largest = 0;
     for (std::size_t i = 0; i < lump.grid.size(); ++i) {
         const auto& n = lump.grid.nodes[i];
-        const Vec3d mv(n[0], n[1], n[2]), f(n[4], n[5], n[6]), x = lump.grid.position(i);
+        const Vec3d mv(n[0], n[1], n[2]), f(n[4], n[5], n[6]), x = lump.position(i);
         m_i += n[3], p_i += mv, L_i += x.cross(mv), force += f, torque += x.cross(f);
         largest = std::max(largest, f.norm());
     }
@@ -111,7 +121,8 @@ template <Weights kind> void check_derivatives() {
     Lump<kind> lump;
     rasterize_with_forces<kind, Transfer::flip>(lump.ps, lump.grid);
     RandomInput random;
-    const Hessian<double, kind> hessian(lump.ps, lump.grid, lump.materials);
+    const Elements<double, kind> elements(lump.ps, lump.grid, lump.materials);
+    const Hessian<double, kind> hessian(elements);
     const std::vector<std::size_t> active = lump.active();
     for (int n = 0; n < 30; ++n) {
         const std::size_t i = active[random.bits() % active.size()];
@@ -126,7 +137,8 @@ template <Weights kind> void check_derivatives() {
     }
     for (int n = 0; n < 5; ++n) {
         const NodeField<double> a = lump.random_motion(random), b = lump.random_motion(random);
-        const NodeField<double> Ha = hessian(a), Hb = hessian(b);
+        NodeField<double> Ha, Hb;
+        hessian(a, Ha), hessian(b, Hb);
         REQUIRE(dot(a, Hb) == Approx(dot(b, Ha)).epsilon(1e-12));
         // Second difference of Φ along a: error of the scheme about 1e-6 of it.
         const double e = 1e-4 * h;
@@ -202,9 +214,9 @@ TEST_CASE("deep inside a regular lattice the grid's volume is the sampled one, a
     }
     Grid<double> grid;
     grid.h = h;
-    const Blocks unsorted = arrange(runs<Weights::cubic>(ps, h), ps.n);
+    const Blocks unsorted = arrange(runs<Weights::cubic>(ps, h), ps.n, 4);
     ps.for_each_field([&](auto& f) { std::decay_t<decltype(f)> spare; if (!f.empty()) f.permute(unsorted.order, spare); });
-    grid.blocks = arrange(runs<Weights::cubic>(ps, h), ps.n);
+    grid.blocks = arrange(runs<Weights::cubic>(ps, h), ps.n, 4);
     rasterize_with_forces<Weights::cubic, Transfer::flip>(ps, grid);
     set_volumes<Weights::cubic>(ps, grid);
     const double expected = h * h * h / 8;
@@ -218,18 +230,34 @@ TEST_CASE("deep inside a regular lattice the grid's volume is the sampled one, a
     }
 }
 
-TEST_CASE("blocks keep the particles' order within them and know their eight neighbours", "[transfer]") {
+TEST_CASE("blocks keep the particles' order within them, and link them to every node that a stencil reaches", "[transfer]") {
     const Vec3i a(0, 0, 0), b(-3, 7, 2);
-    const std::vector<Run> runs{{a, 0, 2}, {b, 2, 5}, {a, 5, 6}};
-    const Blocks blocks = arrange(runs, 6);
+    const NodeSet corner = node_bit(0, 0, 0), far = node_bit(3, 3, 3);
+    const std::vector<Run> runs{{a, 0, 2, corner}, {b, 2, 5, corner}, {a, 5, 6, far}};
+    const Blocks blocks = arrange(runs, 6, 3);
     REQUIRE(blocks.particle_blocks.size() == 2);
     CHECK(blocks.order == std::vector<std::uint32_t>{2, 3, 4, 0, 1, 5});    // b comes first: −3 < 0
     CHECK(blocks.particle_blocks[1].begin == 3);
-    CHECK(blocks.grid_blocks.size() == 16);
-    for (const ParticleBlock& block : blocks.particle_blocks)
-        for (int d = 0; d < 8; ++d)
-            CHECK(blocks.grid_blocks[block.reach[d]] == block.coordinates + Vec3i(d >> 2, (d >> 1) & 1, d & 1));
-    CHECK(arrange({{b, 0, 3}, {a, 3, 6}}, 6).order.empty());
+    CHECK(blocks.nodes == 3 * 27);                                 // of a: {0…2}³ and {3…5}³, which do not meet
+    CHECK(blocks.grid_blocks.size() == 1 + 8);
+    const Grid<double> grid{1, blocks, {}};
+    for (const ParticleBlock& block : blocks.particle_blocks) {
+        std::vector<Vec3i> reached;
+        for (std::uint32_t l = block.first_link; l < block.last_link; ++l) {
+            const Link& link = blocks.links[l];
+            const int at = static_cast<int>(link.at);
+            const Vec3i x = 4 * block.coordinates + Vec3i(at / 36, at / 6 % 6, at % 6);
+            const auto owner = std::find_if(blocks.grid_blocks.begin(), blocks.grid_blocks.end(), [&](const GridBlock& g) {
+                return link.node >= g.first && link.node < g.first + std::popcount(g.nodes); });
+            REQUIRE(owner != blocks.grid_blocks.end());
+            NodeSet left = owner->nodes;
+            for (std::uint32_t n = owner->first; n < link.node; ++n) left &= left - 1;
+            CHECK(grid.position(*owner, std::countr_zero(left)) == x.cast<double>());
+            reached.push_back(x);
+        }
+        CHECK(reached.size() == (block.coordinates == a ? 54u : 27u));
+    }
+    CHECK(arrange({{b, 0, 3, corner}, {a, 3, 6, corner}}, 6, 3).order.empty());
     BlockMap map(1);
     for (int i = 0; i < 5000; ++i) REQUIRE(map.number_of(Vec3i(i, -i, 3 * i)) == std::uint32_t(i));
     for (int i = 0; i < 5000; ++i) REQUIRE(map.number_of(Vec3i(i, -i, 3 * i)) == std::uint32_t(i));

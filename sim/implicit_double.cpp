@@ -1,0 +1,23 @@
+#include "sim/implicit.inl.h"
+#include "sim/newton.inl.h"
+
+namespace firn {
+
+template Convergence solve_implicit<Weights::cubic>(const Particles<double>&, Grid<double>&,
+                                                    const std::vector<SnowModel<double>>&,
+                                                    const std::vector<FixedNode<double>>&, double,
+                                                    const Solver&);
+template Convergence solve_newton<Weights::cubic>(const Particles<double>&, Grid<double>&,
+                                                  const std::vector<SnowModel<double>>&,
+                                                  const std::vector<FixedNode<double>>&, double,
+                                                  const Solver&);
+template Convergence solve_implicit<Weights::quadratic>(const Particles<double>&, Grid<double>&,
+                                                        const std::vector<SnowModel<double>>&,
+                                                        const std::vector<FixedNode<double>>&, double,
+                                                        const Solver&);
+template Convergence solve_newton<Weights::quadratic>(const Particles<double>&, Grid<double>&,
+                                                      const std::vector<SnowModel<double>>&,
+                                                      const std::vector<FixedNode<double>>&, double,
+                                                      const Solver&);
+
+}  // namespace firn

@@ -1,0 +1,23 @@
+#include "sim/implicit.inl.h"
+#include "sim/newton.inl.h"
+
+namespace firn {
+
+template Convergence solve_implicit<Weights::cubic>(const Particles<float>&, Grid<float>&,
+                                                    const std::vector<SnowModel<float>>&,
+                                                    const std::vector<FixedNode<float>>&, double,
+                                                    const Solver&);
+template Convergence solve_newton<Weights::cubic>(const Particles<float>&, Grid<float>&,
+                                                  const std::vector<SnowModel<float>>&,
+                                                  const std::vector<FixedNode<float>>&, double,
+                                                  const Solver&);
+template Convergence solve_implicit<Weights::quadratic>(const Particles<float>&, Grid<float>&,
+                                                        const std::vector<SnowModel<float>>&,
+                                                        const std::vector<FixedNode<float>>&, double,
+                                                        const Solver&);
+template Convergence solve_newton<Weights::quadratic>(const Particles<float>&, Grid<float>&,
+                                                      const std::vector<SnowModel<float>>&,
+                                                      const std::vector<FixedNode<float>>&, double,
+                                                      const Solver&);
+
+}  // namespace firn

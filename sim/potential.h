@@ -1,0 +1,41 @@
+#pragma once
+#include "sim/elements.h"
+#include "sim/projected_hessian.h"
+
+namespace firn {
+
+/// Φ(x + Δt v), its forces, and its projected Hessian there.
+template <class Real, Weights kind> class Potential {
+public:
+    using P = Pack<Real, lanes>;
+    explicit Potential(const Elements<Real, kind>& elements)
+        : elements_(elements), energy_(elements.size()), particles_(elements.size()) {}
+
+    /// Moves to x + Δt v: f ← −∂Φ/∂x. Returns Φ.
+    double move(const NodeField<Real>& v, double dt, NodeField<Real>& f) {
+        elements_.map_gradients(v, f, [&](std::size_t n, const Element<Real, kind>& e, const Mat3<P>& gradient) {
+            const Mat3<P> F = e.Fe + P(Real(dt)) * gradient * e.Fe;
+            const Decomposition<P> d = decompose(F);
+            particles_[n] = {d, e.Fe, e.k};
+            const P density = energy_density(d.s, e.k);
+            double sum = 0;
+            for (int l = 0; l < e.count; ++l) sum += density[l];
+            energy_[n] = sum;
+            return Mat3<P>(-(d.U * principal_stress(d.s, e.k).asDiagonal() * d.V.transpose()) * e.Fe.transpose());
+        });
+        double sum = 0;
+        for (const double s : energy_) sum += s;
+        return sum;
+    }
+    /// The projected Hessian where it was moved to last.
+    void operator()(const NodeField<Real>& u, NodeField<Real>& f) const {
+        elements_.map_gradients(u, f, [&](std::size_t n, const auto&, const auto& gradient) { return particles_[n](gradient); });
+    }
+
+private:
+    const Elements<Real, kind>& elements_;
+    std::vector<double> energy_;
+    std::vector<ProjectedDifferential<P>> particles_;
+};
+
+}  // namespace firn
