@@ -155,7 +155,8 @@ template <Weights kind> void check_invariance() {
     Lump<kind> lump;
     rasterize_with_forces<kind, Transfer::flip>(lump.ps, lump.grid);
     RandomInput random;
-    const Hessian<double, kind> hessian(lump.ps, lump.grid, lump.materials);
+    const Elements<double, kind> elements(lump.ps, lump.grid, lump.materials);
+    const Hessian<double, kind> hessian(elements);
     const Vec3d a = random.vector(), omega = random.vector();
     NodeField<double> shift = lump.still(), turn = shift;
     for (const std::size_t i : lump.active()) {
@@ -163,7 +164,8 @@ template <Weights kind> void check_invariance() {
         shift.at[i] = NodeVector<double>::of(a(0), a(1), a(2), 0);
         turn.at[i] = NodeVector<double>::of(r(0), r(1), r(2), 0);
     }
-    const NodeField<double> of_shift = hessian(shift), of_turn = hessian(turn), of_any = hessian(lump.random_motion(random));
+    NodeField<double> of_shift, of_turn, of_any;
+    hessian(shift, of_shift), hessian(turn, of_turn), hessian(lump.random_motion(random), of_any);
     Vec3d sum = Vec3d::Zero();
     double largest = 0, largest_force = 0;
     for (const std::size_t i : lump.active()) {
