@@ -160,7 +160,7 @@ template <Weights kind> void check_invariance() {
     const Vec3d a = random.vector(), omega = random.vector();
     NodeField<double> shift = lump.still(), turn = shift;
     for (const std::size_t i : lump.active()) {
-        const Vec3d r = omega.cross(lump.grid.position(i));
+        const Vec3d r = omega.cross(lump.position(i));
         shift.at[i] = NodeVector<double>::of(a(0), a(1), a(2), 0);
         turn.at[i] = NodeVector<double>::of(r(0), r(1), r(2), 0);
     }
