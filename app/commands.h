@@ -36,11 +36,21 @@ struct CompareOptions {
     bool json = false;
 };
 
+struct StudyOptions {
+    std::string scene;
+    std::string output;             ///< folder; empty: out/<scene>_study.
+    Overrides overrides;
+    std::vector<std::string> axes;  ///< what to vary.
+    bool stability = false;         ///< maps of Δt against stiffness and speed instead.
+    bool overwrite = false, quiet = false;
+};
+
 // Each returns the program's exit code.
 int run_command(const RunOptions&);
 int render_command(const RunOptions&);
 int check_command(const std::vector<std::string>& scenes, const Overrides&);
 int compare_command(const CompareOptions&);
+int study_command(const StudyOptions&);
 int scenes_command(const std::string& name, bool schema);
 
 }  // namespace firn

@@ -1,6 +1,7 @@
 #include "app/commands.h"
 #include "app/files.h"
 #include "app/record.h"
+#include "app/study.h"
 #include "render/renderer.h"
 
 #include <CLI/CLI.hpp>
@@ -19,6 +20,7 @@ using namespace firn;
 struct CommandLine {
     RunOptions run;
     CompareOptions compare;
+    StudyOptions study;
     std::vector<std::string> scenes;
     std::string frames, preset, scene_name;
     int threads = 0;
@@ -119,6 +121,24 @@ static void add_tools(CLI::App& app, CommandLine& line) {
     scenes.add_flag("--schema", line.schema, "Print the JSON Schema of scenes, for editors");
 }
 
+static void add_study(CLI::App& app, CommandLine& line) {
+    auto& study = *app.add_subcommand("study", "Measure speed against accuracy, or where steps are stable");
+    study.add_option("SCENE", line.study.scene, "Scene file (YAML)")->required();
+    study.add_option("-o,--output", line.study.output, "Output folder (default: out/<scene>_study)")
+        ->option_text("DIR")
+        ->check(CLI::Validator([](std::string& s) { return s.empty() ? "is empty" : ""; }, ""));
+    add_overrides(study, line);
+    auto* axes = study.add_option("--axes", line.study.axes, "What to vary (default: all): " + join(axis_names()))
+                     ->delimiter(',')->allow_extra_args(false)->option_text("A,B,...");
+    study.add_flag("--stability", line.study.stability,
+                   "Map the time steps that are stable against stiffness and speed, for each integrator")
+        ->excludes(axes);
+    study.add_flag("--overwrite", line.study.overwrite, "Replace the output of an earlier study");
+    study.add_option("--threads", line.threads, "Threads of the simulation (default: all)")
+        ->check(CLI::Range(1, 1024))->option_text("N");
+    study.add_flag("--quiet", line.study.quiet, "Tell only what is wrong, and the result");
+}
+
 static void describe_commands(CLI::App& app, CommandLine& line) {
     app.set_version_flag("--version", "firn " + program_version());
     app.require_subcommand(1);
@@ -126,6 +146,7 @@ static void describe_commands(CLI::App& app, CommandLine& line) {
                "4 files, disk or memory, 5 no OpenGL, 130 and 143 interrupted.");
     add_runs(app, line);
     add_tools(app, line);
+    add_study(app, line);
 }
 
 static int dispatch(const CLI::App& app, CommandLine& line) {
@@ -136,6 +157,11 @@ static int dispatch(const CLI::App& app, CommandLine& line) {
                                     : ProgressStyle::automatic;
     if (app.got_subcommand("check")) return check_command(line.scenes, line.run.overrides);
     if (app.got_subcommand("compare")) return compare_command(line.compare);
+    if (app.got_subcommand("study")) {
+        line.study.overrides = line.run.overrides;
+        if (line.study.axes.empty()) line.study.axes = axis_names();
+        return study_command(line.study);
+    }
     if (app.got_subcommand("scenes")) return scenes_command(line.scene_name, line.schema);
     if (app.got_subcommand("render")) return render_command(line.run);
     if (app.got_subcommand("simulate")) {

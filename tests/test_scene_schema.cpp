@@ -29,6 +29,20 @@ TEST_CASE("Every scene that comes with the program is valid in every preset, and
     CHECK(found >= 2);
 }
 
+TEST_CASE("Every scene for validation is valid, and scripts/validate runs it", "[scene]") {
+    const fs::path root(FIRN_SOURCE_DIR);
+    const std::string script = bytes_of_file(root / "scripts/validate");
+    int found = 0;
+    for (const auto& file : fs::directory_iterator(root / "scenes/validation")) {
+        CAPTURE(file.path().filename());
+        CHECK(bytes_of_file(file).starts_with("# yaml-language-server: $schema=../schema.json\n"));
+        CHECK_NOTHROW(load_scene(file.path().string()));
+        CHECK(script.find("simulate(\"" + file.path().stem().string() + "\"") != std::string::npos);
+        ++found;
+    }
+    CHECK(found >= 7);
+}
+
 // The names of all keys that the schema knows, with the path to each.
 static void collect(const nlohmann::ordered_json& schema, const std::string& path,
                     std::vector<std::string>& keys) {

@@ -1,10 +1,10 @@
 #include "sim/simulation.h"
+#include "tests/columns.h"
 #include "tests/reference.h"
 
 #include <catch2/catch.hpp>
 #include <omp.h>
 
-#include <cstring>
 #include <random>
 #include <sstream>
 
@@ -52,20 +52,6 @@ reference::World world(const Setup& setup, const ParticleSet& start) {
     }
     if (setup.solver.initial_volume == InitialVolume::grid) w.set_volumes();
     return w;
-}
-
-/// Column `name` of particle p.
-double value(const ParticleRows& rows, std::size_t p, const std::string& name) {
-    const auto c = std::find(rows.columns.begin(), rows.columns.end(), name) - rows.columns.begin();
-    const std::size_t at = p * rows.columns.size() + static_cast<std::size_t>(c);
-    if (rows.twofold) {
-        double d;
-        std::memcpy(&d, rows.data.data() + 8 * at, 8);
-        return d;
-    }
-    float f;
-    std::memcpy(&f, rows.data.data() + 4 * at, 4);
-    return f;
 }
 
 /// Largest differences between the program and the reference, in units of lengths, speeds and strains here.

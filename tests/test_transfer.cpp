@@ -149,6 +149,41 @@ template <Weights kind> void check_derivatives() {
     }
 }
 
+/// (3) and (4): Φ does not see translations, so that H (1, 1, …) = 0 and, H being symmetric, force differentials
+/// sum to zero; nor turns, so that to first order the forces turn along: H (ω × x_i) = −ω × f_i.
+template <Weights kind> void check_invariance() {
+    Lump<kind> lump;
+    rasterize_with_forces<kind, Transfer::flip>(lump.ps, lump.grid);
+    RandomInput random;
+    const Elements<double, kind> elements(lump.ps, lump.grid, lump.materials);
+    const Hessian<double, kind> hessian(elements);
+    const Vec3d a = random.vector(), omega = random.vector();
+    NodeField<double> shift = lump.still(), turn = shift;
+    for (const std::size_t i : lump.active()) {
+        const Vec3d r = omega.cross(lump.position(i));
+        shift.at[i] = NodeVector<double>::of(a(0), a(1), a(2), 0);
+        turn.at[i] = NodeVector<double>::of(r(0), r(1), r(2), 0);
+    }
+    NodeField<double> of_shift, of_turn, of_any;
+    hessian(shift, of_shift), hessian(turn, of_turn), hessian(lump.random_motion(random), of_any);
+    Vec3d sum = Vec3d::Zero();
+    double largest = 0, largest_force = 0;
+    for (const std::size_t i : lump.active()) {
+        const auto& n = lump.grid.nodes[i];
+        const Vec3d f(n[4], n[5], n[6]), u(of_any.at[i][0], of_any.at[i][1], of_any.at[i][2]);
+        sum += u, largest = std::max(largest, u.norm()), largest_force = std::max(largest_force, f.norm());
+    }
+    REQUIRE(largest > 1);
+    REQUIRE(largest_force > 1);
+    CHECK(sum.norm() < 1e-12 * largest);
+    for (const std::size_t i : lump.active()) {
+        const auto& n = lump.grid.nodes[i];
+        const Vec3d f(n[4], n[5], n[6]);
+        REQUIRE(Vec3d(of_shift.at[i][0], of_shift.at[i][1], of_shift.at[i][2]).norm() < 1e-12 * largest * a.norm());
+        REQUIRE((Vec3d(of_turn.at[i][0], of_turn.at[i][1], of_turn.at[i][2]) + omega.cross(f)).norm() < 1e-12 * largest);
+    }
+}
+
 }  // namespace
 
 TEST_CASE("mass, momentum and angular momentum survive the way to the grid; internal forces cancel", "[transfer]") {
@@ -160,6 +195,11 @@ TEST_CASE("mass, momentum and angular momentum survive the way to the grid; inte
 TEST_CASE("f is minus the gradient of the potential, and the Hessian product its second derivative", "[transfer]") {
     check_derivatives<Weights::cubic>();
     check_derivatives<Weights::quadratic>();
+}
+
+TEST_CASE("force differentials cancel, a translation makes none, and a turn makes what turns the forces", "[transfer]") {
+    check_invariance<Weights::cubic>();
+    check_invariance<Weights::quadratic>();
 }
 
 TEST_CASE("deep inside a regular lattice the grid's volume is the sampled one, at a face twice it", "[transfer]") {
