@@ -16,7 +16,8 @@ constexpr std::size_t max_cells = std::size_t(1) << 22;  ///< of the density gri
 /// OpenGL would do the same, but slower.
 std::vector<Eigen::half> halves(const float* first, std::size_t count) {
     std::vector<Eigen::half> result(count);
-    for (std::size_t i = 0; i < count; ++i) result[i] = Eigen::half(first[i]);
+#pragma omp parallel for
+    for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(count); ++i) result[i] = Eigen::half(first[i]);
     return result;
 }
 

@@ -90,6 +90,14 @@ bool in_picture(const Vector3f& x, float radius, const View& view) {
            std::abs(p.y()) < half.y() * (p.z() + radius) + 2 * radius;
 }
 
+/// How much of a cloud a loose particle is: 0 at rest, a crumb; 1 where it moves on by its own size at once.
+float flight(const ParticleView& particles, std::size_t p) {
+    constexpr float at_once = 0.01f;  // [s]
+    if (particles.v.empty() || !drawable(&particles.v[3 * p])) return 0;
+    const Vector3f v(particles.v[3 * p], particles.v[3 * p + 1], particles.v[3 * p + 2]);
+    return smoothstep(0.3f, 1.5f, v.norm() * at_once / particles.spacing);
+}
+
 SprayPoint spray_point(const ParticleView& particles, std::size_t p, float amount, float hash) {
     SprayPoint point{particles.x[3 * p], particles.x[3 * p + 1], particles.x[3 * p + 2], 0, 0, 0, amount,
                      hash, particles.value.empty() ? 0 : particles.value[p]};
@@ -148,10 +156,12 @@ Splats visible_splats(const ParticleView& particles, const Density& density, con
             const float* at = &particles.x[3 * p];
             const Vector3f x(at[0], at[1], at[2]);
             if (!drawable(at) || hidden(x)) continue;
-            const float hash = hash_of(static_cast<std::uint32_t>(p)), whole = wholeness(soft.at(x));
-            if (whole < 0.85f) piece.spray.resize(piece.spray.size() + 2, spray_point(particles, p, 1 - whole, hash));
-            if (whole > 0.02f)
-                add({at[0], at[1], at[2], radius_of(particles.spacing, whole, hash), hash,
+            const float hash = hash_of(static_cast<std::uint32_t>(p)), whole = wholeness(soft.at(x)),
+                        flying = flight(particles, p);
+            if (const float amount = (1 - whole) * (0.5f + 0.5f * flying); amount > 0.15f)
+                piece.spray.resize(piece.spray.size() + 2, spray_point(particles, p, amount, hash));
+            if (const float solid_share = std::max(whole, 0.42f * (1 - flying)); solid_share > 0.02f)
+                add({at[0], at[1], at[2], radius_of(particles.spacing, solid_share, hash), hash,
                      particles.value.empty() ? 0 : particles.value[p]});
         }
     }

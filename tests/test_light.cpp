@@ -27,11 +27,11 @@ Density density_at(const std::vector<float>& x, std::size_t max_cells = 1 << 20)
     return density_of({x, {}, spacing}, max_cells);
 }
 
-Splats splats_of(const std::vector<float>& x, const Vec3d& eye) {
+Splats splats_of(const std::vector<float>& x, const Vec3d& eye, const std::vector<float>& v = {}) {
     const Density density = density_at(x);
     Density soft = density;
     soft.rho = smoothed(density.rho);
-    return visible_splats({x, {}, spacing}, density, soft, view_of(Camera{eye, {0.2, 0.2, 0.2}, 40}, {}, 1, 0), 4);
+    return visible_splats({x, v, spacing}, density, soft, view_of(Camera{eye, {0.2, 0.2, 0.2}, 40}, {}, 1, 0), 4);
 }
 
 double total(const Density& density) {
@@ -130,14 +130,19 @@ TEST_CASE("what lies deep inside is not drawn, and nothing of the surface is mis
     CHECK(outer == n * n * n - (n - 2) * (n - 2) * (n - 2));
 }
 
-TEST_CASE("a single particle is spray, unbroken snow is not", "[light]") {
+TEST_CASE("a single particle is spray in flight and a crumb at rest, unbroken snow is neither", "[light]") {
     const std::vector<float> one = {0.3f, 0.2f, 0.1f};
-    const Splats alone = splats_of(one, {0, 0, 9});
+    const Splats crumb = splats_of(one, {0, 0, 9});
+    REQUIRE(crumb.all.size() == 1);
+    CHECK(crumb.all[0].radius < 0.8f * spacing);
+    const Splats alone = splats_of(one, {0, 0, 9}, {3, 0, 0});
     CHECK(alone.all.empty());
     REQUIRE(alone.spray.size() == 2);  // both ends of its line
     CHECK(alone.spray[0].x == 0.3f);
     CHECK(alone.spray[0].amount == 1);
-    CHECK(splats_of(block(20, 20), {0, 0, 9}).spray.empty());
+    CHECK(alone.spray[0].vx == 3);
+    const std::vector<float> whole = block(20, 20);
+    CHECK(splats_of(whole, {0, 0, 9}, std::vector<float>(whole.size(), 3.0f)).spray.empty());
     CHECK(splats_of({}, {0, 0, 9}).all.empty());
 }
 
