@@ -81,7 +81,7 @@ ColourRange colour_range(const std::vector<double>& values, const Picture& pictu
     const double low = at(0.01), high = at(0.99);
     ColourRange range{0, 1};
     if (picture.colour == Colour::compression) {
-        const double reach = round_up(std::max({1 - low, high - 1, 1e-3}));
+        const double reach = std::min(round_up(std::max({1 - low, high - 1, 1e-3})), 1.0);  // J_P > 0
         range = {1 - reach, 1 + reach};
     } else if (picture.colour == Colour::body || picture.colour == Colour::particle_id) {
         range = {at(0), std::max(at(1), at(0) + 1)};

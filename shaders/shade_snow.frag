@@ -46,7 +46,8 @@ void main() {
     // Pits of the grain and hollows between lumps see less of the light.
     float raw = texelFetch(raw_depths, at, 0).r, wide = texelFetch(wide_depths, at, 0).r;
     float pit = clamp((raw - depth) / spacing, -0.6, 0.8), hollow = clamp((depth - wide) / (3.0 * spacing), -0.7, 0.9);
-    float open = clamp(1.0 - 0.30 * pit - 0.45 * hollow, 0.35, 1.25);
+    float near = clamp(5.0 * depth * sample_tan / spacing, 0.15, 1.0);  // a lump of its own shows no pits
+    float open = clamp(1.0 - 0.30 * near * pit - 0.45 * hollow, 0.35, 1.25);
 
     vec3 lifted = position + 1.2 * spacing * normal;  // or it would lie in its own shade
     vec4 light = light_at(position + spacing * normal);
