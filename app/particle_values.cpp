@@ -3,8 +3,8 @@
 #include "render/colour_map.h"
 #include "sim/snow.h"
 
-#include <Eigen/Dense>
 #include <fmt/format.h>
+#include <Eigen/Dense>
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,9 @@ bool needs_full_state(Colour colour) {
 }
 
 static void require(bool there, const char* what) {
-    if (!there) throw PlyError(fmt::format("has no {}, which picture.colour shows; write them with --state full", what));
+    if (!there)
+        throw PlyError(
+            fmt::format("has no {}, which picture.colour shows; write them with --state full", what));
 }
 
 // The body that each particle belongs to; all to the first where the numbers do not fit.
@@ -48,7 +50,9 @@ std::vector<double> particle_values(const PlyParticles& p, const Scene& scene,
     std::vector<double> values(n);
     for (std::size_t i = 0; i < n; ++i) switch (colour) {
             case Colour::speed: values[i] = p.v[i].norm(); break;
-            case Colour::density: values[i] = p.mass[i] / (p.volume[i] * p.Fe[i].determinant() * p.Jp[i]); break;
+            case Colour::density:
+                values[i] = p.mass[i] / (p.volume[i] * p.Fe[i].determinant() * p.Jp[i]);
+                break;
             case Colour::compression: values[i] = p.Jp[i]; break;
             case Colour::stress:
                 values[i] = von_mises(p.Fe[i], p.Jp[i], scene.materials.at(scene.bodies[body[i]].material));

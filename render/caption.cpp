@@ -29,7 +29,8 @@ void write(Image& image, int left, int top, int scale, const std::string& text, 
         for (int row = 0; row < glyph_height; ++row)
             for (int column = 0; column < glyph_width; ++column)
                 if (glyphs[code - 32][row] >> (glyph_width - 1 - column) & 1)
-                    fill(image, left + scale * (int(i) * advance + column), top + scale * row, scale, scale, colour);
+                    fill(image, left + scale * (int(i) * advance + column), top + scale * row, scale, scale,
+                         colour);
     }
 }
 

@@ -15,8 +15,9 @@ constexpr Rgb viridis[] = {{68, 1, 84},    {72, 40, 120},  {62, 73, 137},  {49, 
                            {31, 158, 137}, {53, 183, 121}, {110, 206, 88}, {181, 222, 43}, {253, 231, 37}};
 
 /// Cool to warm, K. Moreland, "Diverging color maps for scientific visualization", 2009, at every eighth.
-constexpr Rgb cool_warm[] = {{59, 76, 192},   {98, 130, 234},  {141, 176, 254}, {184, 208, 249}, {221, 221, 221},
-                             {245, 196, 173}, {244, 154, 123}, {222, 96, 77},   {180, 4, 38}};
+constexpr Rgb cool_warm[] = {{59, 76, 192},   {98, 130, 234},  {141, 176, 254},
+                             {184, 208, 249}, {221, 221, 221}, {245, 196, 173},
+                             {244, 154, 123}, {222, 96, 77},   {180, 4, 38}};
 
 }  // namespace
 
@@ -27,8 +28,8 @@ Rgb mapped_colour(Colour colour, double share) {
     const auto below = std::min(static_cast<std::size_t>(at), stops.size() - 2);
     Rgb result;
     for (int c = 0; c < 3; ++c)
-        result[c] = static_cast<std::uint8_t>(std::lround(
-            stops[below][c] + (at - double(below)) * (stops[below + 1][c] - stops[below][c])));
+        result[c] = static_cast<std::uint8_t>(
+            std::lround(stops[below][c] + (at - double(below)) * (stops[below + 1][c] - stops[below][c])));
     return result;
 }
 

@@ -22,13 +22,14 @@ struct Plane2f {
 };
 using Planes = std::array<Plane2f, 3>;
 
-const Eigen::Matrix3d xyz_of_linear{
-    {10135552.0 / 24577794, 8788810.0 / 24577794, 4435075.0 / 24577794},
-    {2613072.0 / 12288897, 8788810.0 / 12288897, 887015.0 / 12288897},
-    {1425312.0 / 73733382, 8788810.0 / 73733382, 70074185.0 / 73733382}};
+const Eigen::Matrix3d xyz_of_linear{{10135552.0 / 24577794, 8788810.0 / 24577794, 4435075.0 / 24577794},
+                                    {2613072.0 / 12288897, 8788810.0 / 12288897, 887015.0 / 12288897},
+                                    {1425312.0 / 73733382, 8788810.0 / 73733382, 70074185.0 / 73733382}};
 const Vector3d white = xyz_of_linear * Vector3d::Ones();
 
-double linear_of(double srgb) { return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4); }
+double linear_of(double srgb) {
+    return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
+}
 
 /// Opponent colours, linear in light: Y 116 − 16, C_x 500 (X − Y), C_z 200 (Y − Z), each over white's.
 Vector3d opponent_of(const Vector3d& linear) {
@@ -176,9 +177,9 @@ std::vector<float> flip_map(const Image& a, const Image& b, double ppd) {
     std::vector<float> map(colours_a.size());
     for (std::size_t p = 0; p < map.size(); ++p) {
         const double difference = std::pow(hyab(colours_a[p], colours_b[p]), power);
-        const double colour = difference < knee * most
-                                  ? at_knee / (knee * most) * difference
-                                  : at_knee + (difference - knee * most) / (most - knee * most) * (1 - at_knee);
+        const double colour = difference < knee * most ? at_knee / (knee * most) * difference
+                                                       : at_knee + (difference - knee * most) /
+                                                                       (most - knee * most) * (1 - at_knee);
         const double edge = std::abs(features_a.edges[p] - features_b.edges[p]);
         const double point = std::abs(features_a.points[p] - features_b.points[p]);
         const double feature = std::sqrt(std::max(edge, point) / std::numbers::sqrt2);

@@ -17,7 +17,8 @@ std::vector<Eigen::Vector2f> even_disc() {
     for (unsigned i = 0; i < 32; ++i) {
         double share = 0, bit = 0.5;
         for (unsigned k = i; k > 0; k /= 2, bit /= 2) share += bit * (k % 2);
-        const double radius = std::sqrt(share + 1.0 / 64), angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
+        const double radius = std::sqrt(share + 1.0 / 64),
+                     angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
         disc.push_back(Eigen::Vector2d(radius * std::cos(angle), radius * std::sin(angle)).cast<float>());
     }
     return disc;
@@ -194,15 +195,16 @@ void Renderer::Passes::smooth_depth(const Frame& frame) {
 
 const Program& Renderer::Passes::solid_program(Look look) {
     static const std::map<Look, std::string> files = {
-        {Look::snow, "look_snow.glsl"},   {Look::ice, "look_ice.glsl"},     {Look::soil, "look_soil.glsl"},
-        {Look::wood, "look_wood.glsl"},   {Look::tiles, "look_tiles.glsl"}, {Look::concrete, "look_concrete.glsl"},
+        {Look::snow, "look_snow.glsl"},   {Look::ice, "look_ice.glsl"},
+        {Look::soil, "look_soil.glsl"},   {Look::wood, "look_wood.glsl"},
+        {Look::tiles, "look_tiles.glsl"}, {Look::concrete, "look_concrete.glsl"},
         {Look::metal, "look_metal.glsl"},
     };
     const auto made = solid_programs.find(look);
     if (made != solid_programs.end()) return made->second;
     return solid_programs
-        .emplace(look, Program({"full_screen.vert"}, {"light.glsl", "bodies.glsl", "solid.glsl", files.at(look),
-                                                      "shade_solid.frag"}))
+        .emplace(look, Program({"full_screen.vert"}, {"light.glsl", "bodies.glsl", "solid.glsl",
+                                                      files.at(look), "shade_solid.frag"}))
         .first->second;
 }
 

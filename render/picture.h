@@ -21,9 +21,9 @@ struct Picture {
     int motion_samples = 1;            ///< moments of that time that are averaged; 1: only spray is blurred.
     Colour colour = Colour::snow;
     std::optional<double> colour_min, colour_max;  ///< ends of the colour map; none: of the frame's values.
-    std::optional<Plane> slice;        ///< snow that its normal points to is cut away.
-    bool grid_nodes = false;           ///< draws the nodes of the cells that hold snow.
-    bool overlay = false;              ///< writes time, Δt and the number of particles into the picture.
+    std::optional<Plane> slice;                    ///< snow that its normal points to is cut away.
+    bool grid_nodes = false;                       ///< draws the nodes of the cells that hold snow.
+    bool overlay = false;  ///< writes time, Δt and the number of particles into the picture.
 };
 
 }  // namespace firn

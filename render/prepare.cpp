@@ -93,8 +93,8 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     frame.coloured = !particles.value.empty();
     frame.shutter = static_cast<float>(picture.shutter / std::max(picture.motion_samples, 1));
     frame.aperture = static_cast<float>(camera.aperture);
-    frame.focus = static_cast<float>(std::max(
-        camera.focus.value_or((camera.target - camera.eye).norm()), double(frame.view.near_depth)));
+    frame.focus = static_cast<float>(
+        std::max(camera.focus.value_or((camera.target - camera.eye).norm()), double(frame.view.near_depth)));
 
     std::vector<float> kept;
     if (picture.slice) {
@@ -120,8 +120,7 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     frame.nearest_snow = std::max(visible.nearest, frame.view.near_depth);
 
     prepare_solids(frame, solids, time);
-    const Eigen::AlignedBox3f region =
-        shadowed_region(density, frame.solids, frame.splats + frame.spray > 0);
+    const Eigen::AlignedBox3f region = shadowed_region(density, frame.solids, frame.splats + frame.spray > 0);
     const float radius = 0.5f * region.diagonal().norm();
     frame.shadow = shadow_view(frame.to_sun, region.center(), radius, effort.shadow_size);
     frame.bodies.reach = 0.3f * radius;

@@ -13,8 +13,7 @@ Effort effort_of(Quality quality) {
             return {.edge = 1, .shadow_size = 1024, .shadow_taps = 4, .children = 0, .grains = 1};
         case Quality::preview:
             return {.edge = 1, .shadow_size = 1024, .shadow_taps = 12, .children = 8, .grains = 2};
-        default:
-            return {.edge = 2, .shadow_size = 2048, .shadow_taps = 16, .children = 10, .grains = 3};
+        default: return {.edge = 2, .shadow_size = 2048, .shadow_taps = 16, .children = 10, .grains = 3};
     }
 }
 
@@ -38,8 +37,8 @@ Renderer::~Renderer() {
 }
 const std::string& Renderer::description() const { return passes_->context.description(); }
 
-Image Renderer::draw(const ParticleView& particles, const std::vector<Solid>& solids,
-                     const Camera& camera, double time) {
+Image Renderer::draw(const ParticleView& particles, const std::vector<Solid>& solids, const Camera& camera,
+                     double time) {
     passes_->context.make_current();
     return passes_->draw(particles, solids, camera, time);
 }
@@ -105,7 +104,8 @@ Image Renderer::Passes::draw(const ParticleView& particles, const std::vector<So
         ParticleView now = particles;
         if (count > 1 && !particles.v.empty()) {
             moved.assign(particles.x.begin(), particles.x.end());
-            for (std::size_t c = 0; c < moved.size(); ++c) moved[c] += static_cast<float>(later) * particles.v[c];
+            for (std::size_t c = 0; c < moved.size(); ++c)
+                moved[c] += static_cast<float>(later) * particles.v[c];
             now.x = moved;
         }
         draw_moment(now, solids, camera_at(camera, time + later), time + later);

@@ -15,9 +15,7 @@ Look shown_look(const Solid& solid) {
 
 namespace {
 
-Vector4f with(const Vec3d& x, double w) {
-    return {float(x.x()), float(x.y()), float(x.z()), float(w)};
-}
+Vector4f with(const Vec3d& x, double w) { return {float(x.x()), float(x.y()), float(x.z()), float(w)}; }
 
 /// Adds what the shape is for shaders/bodies.glsl; a sphere is a capsule of no length.
 void add_distance(BodyDistances& bodies, const Shape& shape, const Vec3d& moved) {
@@ -41,7 +39,8 @@ float thickness_of(const Shape& shape) {
 SolidGroup& group_of(std::vector<SolidGroup>& groups, Look look, const Vector3f& moved) {
     for (SolidGroup& group : groups)
         if (group.look == look && group.moved == moved) return group;
-    constexpr std::size_t most = 250;  // the stencil buffer counts to 255; the rest share the last one's pattern
+    constexpr std::size_t most =
+        250;  // the stencil buffer counts to 255; the rest share the last one's pattern
     if (groups.size() < most) groups.push_back({look, moved, {}, {}, 0});
     return groups.back();
 }

@@ -99,8 +99,15 @@ float flight(const ParticleView& particles, std::size_t p) {
 }
 
 SprayPoint spray_point(const ParticleView& particles, std::size_t p, float amount, float hash) {
-    SprayPoint point{particles.x[3 * p], particles.x[3 * p + 1], particles.x[3 * p + 2], 0, 0, 0, amount,
-                     hash, particles.value.empty() ? 0 : particles.value[p]};
+    SprayPoint point{particles.x[3 * p],
+                     particles.x[3 * p + 1],
+                     particles.x[3 * p + 2],
+                     0,
+                     0,
+                     0,
+                     amount,
+                     hash,
+                     particles.value.empty() ? 0 : particles.value[p]};
     if (particles.v.empty() || !drawable(&particles.v[3 * p])) return point;
     point.vx = particles.v[3 * p], point.vy = particles.v[3 * p + 1], point.vz = particles.v[3 * p + 2];
     return point;

@@ -24,9 +24,9 @@ struct SprayPoint {
 
 struct Splats {
     std::vector<Splat> all;
-    std::size_t near = 0;  ///< so many, the first, are so near that their children show,
-    std::size_t seen = 0;  ///< so many may be seen; the others only throw shadows.
-    float nearest = INFINITY;  ///< depth of the nearest of those [m].
+    std::size_t near = 0;           ///< so many, the first, are so near that their children show,
+    std::size_t seen = 0;           ///< so many may be seen; the others only throw shadows.
+    float nearest = INFINITY;       ///< depth of the nearest of those [m].
     std::vector<SprayPoint> spray;  ///< each twice: for both ends of a line.
 };
 

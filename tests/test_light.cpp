@@ -31,7 +31,8 @@ Splats splats_of(const std::vector<float>& x, const Vec3d& eye, const std::vecto
     const Density density = density_at(x);
     Density soft = density;
     soft.rho = smoothed(density.rho);
-    return visible_splats({x, v, spacing}, density, soft, view_of(Camera{eye, {0.2, 0.2, 0.2}, 40}, {}, 1, 0), 4);
+    return visible_splats({x, v, spacing}, density, soft, view_of(Camera{eye, {0.2, 0.2, 0.2}, 40}, {}, 1, 0),
+                          4);
 }
 
 double total(const Density& density) {
