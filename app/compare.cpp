@@ -90,7 +90,7 @@ static ImageDifference total_of(const std::vector<Compared>& all) {
     total.ssim = 0;
     const double n = static_cast<double>(all.size());
     for (const auto& [name, d] : all) {
-        total.mean_error += d.mean_error / n, total.ssim += d.ssim / n,
+        total.mean_error += d.mean_error / n, total.ssim += d.ssim / n, total.flip += d.flip / n,
             total.share_above += d.share_above / n;
         total.max_error = std::max(total.max_error, d.max_error);
         square += std::pow(10, -d.psnr / 10) / n;
@@ -102,12 +102,13 @@ static ImageDifference total_of(const std::vector<Compared>& all) {
 static Json to_json(const std::string& name, const ImageDifference& d) {
     return {{"picture", name},          {"mean_error", d.mean_error},
             {"max_error", d.max_error}, {"psnr", std::isfinite(d.psnr) ? Json(d.psnr) : Json()},
-            {"ssim", d.ssim},           {"share_above", d.share_above}};
+            {"ssim", d.ssim},           {"flip", d.flip},
+            {"share_above", d.share_above}};
 }
 
 static std::string line(const std::string& name, const ImageDifference& d) {
-    return fmt::format("{:<20} {:>10.6f} {:>10.6f} {:>9.2f} {:>9.6f} {:>11.6f}\n", name, d.mean_error,
-                       d.max_error, d.psnr, d.ssim, d.share_above);
+    return fmt::format("{:<20} {:>10.6f} {:>10.6f} {:>9.2f} {:>9.6f} {:>9.6f} {:>11.6f}\n", name, d.mean_error,
+                       d.max_error, d.psnr, d.ssim, d.flip, d.share_above);
 }
 
 static std::string report(const std::vector<Compared>& all, const ImageDifference& total,
@@ -119,8 +120,8 @@ static std::string report(const std::vector<Compared>& all, const ImageDifferenc
         for (const auto& [name, d] : all) json["pictures"].push_back(to_json(name, d));
         return json.dump(2) + "\n";
     }
-    std::string text = fmt::format("{:<20} {:>10} {:>10} {:>9} {:>9} {:>11}\n", "picture", "mean", "max",
-                                   "PSNR [dB]", "SSIM", fmt::format("above {:g}", options.tolerance));
+    std::string text = fmt::format("{:<20} {:>10} {:>10} {:>9} {:>9} {:>9} {:>11}\n", "picture", "mean",
+                                   "max", "PSNR [dB]", "SSIM", "FLIP", fmt::format("above {:g}", options.tolerance));
     for (const auto& [name, d] : all) text += line(name, d);
     if (all.size() > 1) text += line("total", total);
     return text;

@@ -2,6 +2,7 @@
 
 #include "app/files.h"
 #include "app/machine.h"
+#include "app/particle_values.h"
 #include "app/ply.h"
 
 #include <fmt/format.h>
@@ -16,7 +17,8 @@ static std::vector<float> flat(const std::vector<Vec3d>& vectors) {
     return values;
 }
 
-FrameJob job_from_particles(const OutputFolder& folder, const FrameRecord& record) {
+FrameJob job_from_particles(const OutputFolder& folder, const RunRecord& run, const FrameRecord& record,
+                            const Scene& scene) {
     const auto file = folder.particles(record.frame);
     try {
         const PlyParticles particles = read_ply(read_file(file, available_memory() / 4));
@@ -24,6 +26,7 @@ FrameJob job_from_particles(const OutputFolder& folder, const FrameRecord& recor
         job.record = record;
         job.picture = true;
         job.x = flat(particles.x), job.v = flat(particles.v);
+        job.values = particle_values(particles, scene, run.body_particles);
         return job;
     } catch (const PlyError& e) {
         throw SceneError(fmt::format("{}: {}", file.string(), e.what()));

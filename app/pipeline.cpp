@@ -1,6 +1,8 @@
 #include "app/pipeline.h"
 
 #include "app/files.h"
+#include "app/particle_values.h"
+#include "render/caption.h"
 #include "render/png.h"
 
 #include <fmt/format.h>
@@ -90,10 +92,25 @@ void Pipeline::draw_all(std::promise<std::string> opened) {
     }
 }
 
+static std::vector<std::string> overlay_of(const FrameRecord& record, std::size_t particles) {
+    std::vector<std::string> lines{fmt::format("t = {:.4f} s", record.time)};
+    if (record.dt_max > 0) lines.push_back(fmt::format("dt = {:.2e} to {:.2e} s", record.dt_min, record.dt_max));
+    lines.push_back(fmt::format("{} particles", particles));
+    return lines;
+}
+
 void Pipeline::draw(FrameJob& job, Renderer& renderer) const {
     const auto start = Clock::now();
-    job.image = renderer.draw({job.x, job.v, spacing_}, scene_.colliders, *scene_.camera, job.record.time);
+    const Picture& picture = scene_.picture;
+    const ColourRange range = colour_range(job.values, picture);
+    std::vector<float> shares;
+    for (const double value : job.values) shares.push_back(static_cast<float>(range.share(value)));
+    const ParticleView view{job.x, job.v, spacing_, shares, static_cast<float>(scene_.grid_spacing)};
+    job.image = renderer.draw(view, scene_.colliders, *scene_.camera, job.record.time);
+    if (picture.colour != Colour::snow) draw_legend(job.image, picture.colour, range);
+    if (picture.overlay) draw_text(job.image, overlay_of(job.record, job.x.size() / 3));
     job.x = job.v = {};
+    job.values = {};
     job.record.render_seconds = seconds_since(start);
 }
 

@@ -17,6 +17,7 @@ struct FrameJob {
     FrameRecord record;
     bool picture = false;               ///< draw x and v [m, m/s], 3n each.
     std::vector<float> x, v;
+    std::vector<double> values;         ///< what the scene's colours show, or empty.
     std::optional<ParticleRows> rows;   ///< write these as a PLY.
     Image image;                        ///< once drawn.
 };

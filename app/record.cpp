@@ -88,7 +88,7 @@ Json to_json(const RunRecord& run) {
     return {{"program", "firn"}, {"version", program_version()}, {"scene", run.scene},
             {"scene_hash", run.scene_hash}, {"seed", run.seed}, {"threads", run.threads},
             {"machine", {{"cpu", machine.cpu}, {"cores", machine.cores}, {"memory", machine.memory}}},
-            {"gl_renderer", run.gl_renderer ? Json(*run.gl_renderer) : Json()}, {"particles", run.particles},
+            {"gl_renderer", run.gl_renderer ? Json(*run.gl_renderer) : Json()}, {"particles", run.particles}, {"body_particles", run.body_particles},
             {"frames", frames}};
 }
 
@@ -100,6 +100,7 @@ RunRecord run_record_from(const Json& json) {
     json.at("threads").get_to(run.threads);
     if (!json.at("gl_renderer").is_null()) run.gl_renderer = json.at("gl_renderer").get<std::string>();
     json.at("particles").get_to(run.particles);
+    if (json.contains("body_particles")) json.at("body_particles").get_to(run.body_particles);
     for (const auto& record : json.at("frames")) run.frames.push_back(frame_record_from(record));
     return run;
 }

@@ -36,6 +36,7 @@ struct RunRecord {
     int threads = 1;
     std::optional<std::string> gl_renderer;
     std::size_t particles = 0;
+    std::vector<std::size_t> body_particles;  ///< of each body, in the order of the particles.
     std::vector<FrameRecord> frames;
 
     FrameRecord& frame(int number);  ///< The frame's record, made if it is not there; they stay in order.

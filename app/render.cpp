@@ -95,7 +95,7 @@ static void draw(Pipeline& pipeline, Drawing& drawing, const std::vector<int>& f
     for (std::size_t i = 0; i < frames.size() && !interrupted(); ++i) {
         FrameRecord record = drawing.record.frame(frames[i]);
         record.time = frames[i] / drawing.scene.fps;
-        FrameJob job = job_from_particles(drawing.folder, record);
+        FrameJob job = job_from_particles(drawing.folder, drawing.record, record, drawing.scene);
         drawing.record.particles = job.x.size() / 3;
         if (!pipeline.push(std::move(job))) return;
         progress.picture(static_cast<int>(i) + 1);

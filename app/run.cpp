@@ -2,6 +2,7 @@
 #include "app/estimate.h"
 #include "app/interrupt.h"
 #include "app/particle_frames.h"
+#include "app/particle_values.h"
 #include "app/pipeline.h"
 #include "app/resume.h"
 #include "app/video.h"
@@ -30,6 +31,7 @@ struct Run {
     Progress& progress;
     Position position;
     std::optional<FolderLock> lock;
+    std::vector<std::size_t> body_particles = {};
 
     RunFiles files() const {
         const int columns = options.full_state ? 18 : 6;
@@ -44,6 +46,16 @@ static Checkpoint checkpoint_of(const Run& run, const Simulation& simulation) {
             run.position.inside, run.position.running, {}, compressed_state(simulation)};
 }
 
+// What the scene's colours show of the particles.
+static std::vector<double> values_of(const Run& run, const Simulation& simulation) {
+    const Scene& scene = run.loaded.scene;
+    if (scene.picture.colour == Colour::snow) return {};
+    const ParticleRows rows = simulation.rows(needs_full_state(scene.picture.colour));
+    std::string ply = ply_header(rows);
+    ply.append(reinterpret_cast<const char*>(rows.data.data()), rows.data.size());
+    return particle_values(read_ply(ply), scene, run.body_particles);
+}
+
 // The state as the frame that was just reached.
 static FrameJob frame_job(const Run& run, const Simulation& simulation) {
     FrameJob job;
@@ -54,6 +66,7 @@ static FrameJob frame_job(const Run& run, const Simulation& simulation) {
     if (!run.in_range(run.position.frame)) return job;
     job.picture = run.options.pictures;
     if (job.picture) job.x = simulation.positions(), job.v = simulation.velocities();
+    if (job.picture) job.values = values_of(run, simulation);
     if (run.options.particles) job.rows = simulation.rows(run.options.full_state);
     return job;
 }
@@ -103,8 +116,10 @@ static void simulate(Run& run, Simulation& simulation, Pipeline& pipeline) {
     if (open && (fresh || simulation.steps() > steps_before)) pipeline.push(checkpoint_of(run, simulation));
 }
 
-static RunRecord new_record(const LoadedScene& loaded, std::size_t particles) {
-    return {loaded.resolved, loaded.hash, loaded.scene.seed, omp_get_max_threads(), {}, particles, {}};
+static RunRecord new_record(const Run& run, std::size_t particles) {
+    const LoadedScene& loaded = run.loaded;
+    return {loaded.resolved, loaded.hash,        loaded.scene.seed, omp_get_max_threads(), {},
+            particles,       run.body_particles, {}};
 }
 
 static FrameRange checked_range(const RunOptions& options, const Scene& scene) {
@@ -156,11 +171,12 @@ static std::string with_what_is_kept(const std::string& reason, const Run& run) 
 }
 
 // The particles, once it is known that memory and disk hold what comes of them.
-static std::unique_ptr<Simulation> start_simulation(const Run& run) {
+static std::unique_ptr<Simulation> start_simulation(Run& run) {
     const Scene& scene = run.loaded.scene;
     require_resources_for_count(run.loaded, run.files(), run.folder.path);
     StartingParticles start = make_particles(run.loaded, scene.grid_spacing);
     for (const auto& warning : start.warnings) run.progress.warning(warning);
+    run.body_particles = start.counts;
     const std::size_t nodes = count_nodes(start.particles, scene.grid_spacing, scene.solver.weights);
     const Needs needs = needs_of(run.loaded, static_cast<double>(start.particles.size()),
                                  static_cast<double>(nodes), run.files());
@@ -179,7 +195,7 @@ static void prepare_folder(Run& run) {
 
 static int execute(Run& run) {
     const auto simulation = start_simulation(run);
-    RunRecord record = new_record(run.loaded, simulation->size());
+    RunRecord record = new_record(run, simulation->size());
     Resumption from;
     if (run.options.resume) from = resume(run.loaded, run.folder, run.options, run.range);
     for (const auto& note : from.notes) run.progress.note(note);
@@ -192,7 +208,7 @@ static int execute(Run& run) {
     run.progress.begin(run.position.frame + run.position.inside * run.loaded.scene.fps, run.range.last);
     try {
         for (const int frame : from.redraw)
-            pipeline.push(job_from_particles(run.folder, record.frame(frame)));
+            pipeline.push(job_from_particles(run.folder, record, record.frame(frame), run.loaded.scene));
         simulate(run, *simulation, pipeline);
         pipeline.finish();
     } catch (const SimulationError& e) {

@@ -1,5 +1,6 @@
 #pragma once
 #include "render/camera.h"
+#include "render/look.h"
 #include "render/picture.h"
 #include "sim/sampling.h"
 #include "sim/settings.h"
@@ -30,7 +31,7 @@ struct Scene {
     Solver solver;
     std::map<std::string, Snow> materials;
     std::vector<SceneBody> bodies;
-    std::vector<Collider> colliders;
+    std::vector<Solid> colliders;
     std::optional<Camera> camera;       ///< none: one that frames the bodies.
     Picture picture;
 };

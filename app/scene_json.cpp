@@ -11,6 +11,7 @@ namespace firn {
 using Json = nlohmann::ordered_json;
 
 static Json written(double value) { return value; }
+static Json written(bool value) { return value; }
 static Json written(int value) { return value; }
 static Json written(std::uint64_t value) { return value; }
 static Json written(const std::string& value) { return value; }

@@ -64,6 +64,23 @@ inline constexpr auto choices(Quality) {
                       Choice<Quality>{"final", Quality::final}};
 }
 
+inline constexpr auto choices(Colour) {
+    return std::array{Choice<Colour>{"snow", Colour::snow},
+                      Choice<Colour>{"speed", Colour::speed},
+                      Choice<Colour>{"density", Colour::density},
+                      Choice<Colour>{"compression", Colour::compression},
+                      Choice<Colour>{"stress", Colour::stress},
+                      Choice<Colour>{"body", Colour::body},
+                      Choice<Colour>{"particle-id", Colour::particle_id}};
+}
+inline constexpr auto choices(Look) {
+    return std::array{Choice<Look>{"auto", Look::automatic}, Choice<Look>{"snow", Look::snow},
+                      Choice<Look>{"ice", Look::ice},        Choice<Look>{"soil", Look::soil},
+                      Choice<Look>{"wood", Look::wood},      Choice<Look>{"tiles", Look::tiles},
+                      Choice<Look>{"concrete", Look::concrete}, Choice<Look>{"metal", Look::metal},
+                      Choice<Look>{"glass", Look::glass}};
+}
+
 /// Where a shape stands decides which kinds it may be of.
 enum class ShapeUse {
     solid,      ///< is filled with snow: bounded.
@@ -154,17 +171,29 @@ template <class V> void describe(V& v, SceneBody& b) {
     v.key({"sampling", "arrangement of the particles"}, b.sampling);
 }
 
-template <class V> void describe(V& v, Collider& c) {
+template <class V> void describe(V& v, Solid& c) {
     v.key({"shape", "the solid that snow cannot enter", "", {}, true}, c.shape, ShapeUse::collider);
     v.key({"contact", "whether snow slides or sticks"}, c.contact);
     v.key({"friction", "Coulomb's coefficient for sliding", "", at_least(0).up_to(1e9)}, c.friction);
     v.key({"velocity", "constant", "m/s", speeds}, c.velocity);
+    v.key({"look", "what it is drawn as; auto: a ground is snow, all else is concrete"}, c.look);
+}
+
+template <class V> void describe(V& v, CameraKey& k) {
+    v.key({"time", "when the camera is there", "s", within(1e6), true}, k.time);
+    v.key({"eye", "where the camera is", "m", coordinates, true}, k.eye);
+    v.key({"target", "what it looks at", "m", coordinates, true}, k.target);
+    v.key({"field_of_view", "vertical, in degrees", "degrees", above(0).below(180)}, k.field_of_view);
 }
 
 template <class V> void describe(V& v, Camera& c) {
     v.key({"eye", "where the camera is", "m", coordinates}, c.eye);
     v.key({"target", "what it looks at", "m", coordinates}, c.target);
     v.key({"field_of_view", "vertical, in degrees", "degrees", above(0).below(180)}, c.field_of_view);
+    v.key({"aperture", "diameter of the lens; 0: all is sharp", "m", at_least(0).up_to(1e3)}, c.aperture);
+    v.key({"focus", "distance that is sharp, or auto: the target's", "m", above(0).up_to(1e6)}, c.focus);
+    v.key({"orbit", "turns the camera about the vertical through its target", "degrees/s", within(1e6)}, c.orbit);
+    v.key({"keyframes", "a path that stands instead of eye, target and field_of_view"}, c.keyframes);
 }
 
 template <class V> void describe(V& v, Picture& p) {
@@ -175,6 +204,15 @@ template <class V> void describe(V& v, Picture& p) {
           p.sun_azimuth);
     v.key({"sun_elevation", "of the sun above the horizon", "degrees", within(90)}, p.sun_elevation);
     v.key({"exposure", "factor on the light", "", above(0).up_to(1000)}, p.exposure);
+    v.key({"shutter", "how long it is open; spray is drawn along its way", "s", at_least(0).up_to(1e3)}, p.shutter);
+    v.key({"motion_samples", "moments of that time that are averaged; 1 blurs spray alone", "", at_least(1).up_to(64)},
+          p.motion_samples);
+    v.key({"colour", "what the snow's colour shows"}, p.colour);
+    v.key({"colour_min", "value at the colour map's lower end, or auto", "", within(1e15)}, p.colour_min);
+    v.key({"colour_max", "value at the colour map's upper end, or auto", "", within(1e15)}, p.colour_max);
+    v.key({"slice", "a plane; snow that its normal points to is cut away"}, p.slice);
+    v.key({"grid_nodes", "draws the nodes of the cells that hold snow"}, p.grid_nodes);
+    v.key({"overlay", "writes time, time step and number of particles into the picture"}, p.overlay);
 }
 
 template <class V> void describe(V& v, Scene& s) {

@@ -18,10 +18,11 @@ std::string home_of(const std::string& key) {
     if (contains(names_of<Scene>(), key) || key == "presets") return "at the top level";
     if (contains(names_of<Solver>(), key)) return "in solver";
     if (contains(names_of<SceneBody>(), key)) return "in an entry of bodies";
-    if (contains(names_of<Collider>(), key)) return "in an entry of colliders";
+    if (contains(names_of<Solid>(), key)) return "in an entry of colliders";
     if (contains(names_of<Snow>(), key)) return "in a material";
     if (contains(names_of<Camera>(), key)) return "in camera";
     if (contains(names_of<Picture>(), key)) return "in picture";
+    if (contains(names_of<CameraKey>(), key)) return "in an entry of camera.keyframes";
     return "";
 }
 

@@ -8,7 +8,8 @@
 namespace firn {
 
 Setup make_setup(const Scene& scene) {
-    Setup setup{scene.grid_spacing, scene.gravity, scene.solver, {}, scene.colliders};
+    Setup setup{scene.grid_spacing, scene.gravity, scene.solver, {}, {}};
+    setup.colliders.assign(scene.colliders.begin(), scene.colliders.end());
     for (const auto& [name, snow] : scene.materials) setup.materials.push_back(snow);
     return setup;
 }
@@ -116,6 +117,7 @@ StartingParticles make_particles(const LoadedScene& loaded, double h) {
                             farthest));
         for (auto& warning : overlaps(loaded, set, i)) start.warnings.push_back(warning);
         start.particles.append(set);
+        start.counts.push_back(set.size());
     }
     problems.throw_if_any();
     return start;

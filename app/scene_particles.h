@@ -13,6 +13,7 @@ double expected_particles(const LoadedScene&);
 /// The scene's particles at the start, and what looks unintended about them.
 struct StartingParticles {
     ParticleSet particles;
+    std::vector<std::size_t> counts;    ///< of each body, in the order of the particles.
     std::vector<std::string> warnings;  ///< bodies that overlap each other or a collider.
 };
 

@@ -18,6 +18,15 @@ static std::string fault(const Plane& p) {
 static std::string fault(const Cylinder& c) { return c.from == c.to ? "from and to are the same point" : ""; }
 static std::string fault(const Capsule& c) { return c.from == c.to ? "from and to are the same point" : ""; }
 
+static std::string fault(const Camera& c) {
+    for (std::size_t i = 0; i < c.keyframes.size(); ++i) {
+        if (c.keyframes[i].eye == c.keyframes[i].target) return "a keyframe's eye and target are the same point";
+        if (i > 0 && c.keyframes[i].time <= c.keyframes[i - 1].time)
+            return "the times of keyframes must grow from each to the next";
+    }
+    return "";
+}
+
 static std::string kind_of(const Yaml& value) {
     switch (value.kind) {
         case Yaml::Kind::list: return "a list";
@@ -44,7 +53,13 @@ public:
         if (const auto number = parsed(v, path, key)) out = number->value;
     }
 
-    template <class T> requires std::is_integral_v<T>
+    void value(const Yaml& v, const std::string& path, const Key&, bool& out) {
+        const bool plain = v.kind == Yaml::Kind::scalar && !v.quoted;
+        if (plain && (v.text == "true" || v.text == "false")) out = v.text == "true";
+        else wrong(v, path, "must be true or false");
+    }
+
+    template <class T> requires(std::is_integral_v<T> && !std::is_same_v<T, bool>)
     void value(const Yaml& v, const std::string& path, const Key& key, T& out) {
         const auto number = parsed(v, path, key);
         if (!number) return;

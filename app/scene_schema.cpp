@@ -74,9 +74,10 @@ struct SchemaWriter {
     Json schema_of(const Key& k, double& v) {
         return with_default(with_range({{"type", "number"}}, k.range), k, v);
     }
-    template <class T> requires std::is_integral_v<T> Json schema_of(const Key& k, T& v) {
+    template <class T> requires(std::is_integral_v<T> && !std::is_same_v<T, bool>) Json schema_of(const Key& k, T& v) {
         return with_default(with_range({{"type", "integer"}}, k.range), k, v);
     }
+    Json schema_of(const Key& k, bool& v) { return with_default({{"type", "boolean"}}, k, v); }
     Json schema_of(const Key& k, std::optional<double>&) {
         return {{"anyOf", {{{"const", "auto"}}, with_range({{"type", "number"}}, k.range)}},
                 {"default", "auto"}};

@@ -1,13 +1,32 @@
 #pragma once
 #include "sim/types.h"
 
+#include <optional>
+#include <vector>
+
 namespace firn {
 
-/// A pinhole camera, y up.
-struct Camera {
+/// Where a moving camera is at a moment.
+struct CameraKey {
+    double time = 0;            ///< [s]
     Vec3d eye{0, 1, 3};         ///< [m]
     Vec3d target{0, 0, 0};      ///< [m]
     double field_of_view = 40;  ///< vertical [degrees].
 };
+
+/// A camera, y up: a pinhole, or a lens with an aperture.
+struct Camera {
+    Vec3d eye{0, 1, 3};               ///< [m]
+    Vec3d target{0, 0, 0};            ///< [m]
+    double field_of_view = 40;        ///< vertical [degrees].
+    double aperture = 0;              ///< diameter of the lens [m]; 0: all is sharp.
+    std::optional<double> focus = {}; ///< distance that is sharp [m]; none: the target's.
+    double orbit = 0;                 ///< turns about the vertical through the target [degrees/s].
+    std::vector<CameraKey> keyframes = {};  ///< stand instead of eye, target and field of view where there are any.
+};
+
+/// The camera as it stands at `time` [s], without keyframes and orbit: cubic Hermite curves through the
+/// keyframes with the slopes of Catmull and Rom for uneven times; at rest before the first and after the last.
+Camera camera_at(const Camera&, double time);
 
 }  // namespace firn

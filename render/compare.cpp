@@ -1,5 +1,7 @@
 #include "render/compare.h"
 
+#include "render/flip.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -116,7 +118,7 @@ ImageDifference compare_images(const Image& a, const Image& b, double tolerance)
     require_same_size(a, b);
     ImageDifference result;
     const std::size_t pixels = a.pixels.size() / 3;
-    if (pixels == 0) return {0, 0, std::numeric_limits<double>::infinity(), 1, 0};
+    if (pixels == 0) return {0, 0, std::numeric_limits<double>::infinity(), 1, 0, 0};
     double sum = 0, squares = 0;
     for (std::size_t c = 0; c < a.pixels.size(); ++c) {
         const double error = std::abs(int(a.pixels[c]) - int(b.pixels[c])) / 255.0;
@@ -129,6 +131,7 @@ ImageDifference compare_images(const Image& a, const Image& b, double tolerance)
     result.mean_error = sum / values;
     result.psnr = squares > 0 ? 10 * std::log10(values / squares) : std::numeric_limits<double>::infinity();
     result.ssim = structural_similarity(a, b);
+    result.flip = flip(a, b);
     result.share_above = static_cast<double>(above) / static_cast<double>(pixels);
     return result;
 }

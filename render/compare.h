@@ -9,6 +9,7 @@ struct ImageDifference {
     double max_error = 0;   ///< largest |a − b|.
     double psnr = 0;        ///< 10 log₁₀(1 / mean (a − b)²) [dB]; infinite for equal pictures.
     double ssim = 1;  ///< mean structural similarity of luma, 11×11 Gaussian window (Wang et al. 2004).
+    double flip = 0;  ///< mean ꟻLIP, what an eye sees of the difference, 0 to 1 (Andersson et al. 2020).
     double share_above = 0;  ///< share of pixels with a channel that differs by more than the tolerance.
 };
 

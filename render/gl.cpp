@@ -9,6 +9,7 @@ void delete_buffer(GLuint id) { glDeleteBuffers(1, &id); }
 void delete_vertex_array(GLuint id) { glDeleteVertexArrays(1, &id); }
 void delete_texture(GLuint id) { glDeleteTextures(1, &id); }
 void delete_framebuffer(GLuint id) { glDeleteFramebuffers(1, &id); }
+void delete_sampler(GLuint id) { glDeleteSamplers(1, &id); }
 void delete_shader(GLuint id) { glDeleteShader(id); }
 void delete_program(GLuint id) { glDeleteProgram(id); }
 
@@ -18,18 +19,12 @@ using Shader = GLObject<delete_shader>;
 
 std::string error_name(GLenum code) {
     switch (code) {
-        case GL_INVALID_ENUM:
-            return "GL_INVALID_ENUM";
-        case GL_INVALID_VALUE:
-            return "GL_INVALID_VALUE";
-        case GL_INVALID_OPERATION:
-            return "GL_INVALID_OPERATION";
-        case GL_INVALID_FRAMEBUFFER_OPERATION:
-            return "GL_INVALID_FRAMEBUFFER_OPERATION";
-        case GL_OUT_OF_MEMORY:
-            return "GL_OUT_OF_MEMORY";
-        default:
-            return "GL error " + std::to_string(code);
+        case GL_INVALID_ENUM: return "GL_INVALID_ENUM";
+        case GL_INVALID_VALUE: return "GL_INVALID_VALUE";
+        case GL_INVALID_OPERATION: return "GL_INVALID_OPERATION";
+        case GL_INVALID_FRAMEBUFFER_OPERATION: return "GL_INVALID_FRAMEBUFFER_OPERATION";
+        case GL_OUT_OF_MEMORY: return "GL_OUT_OF_MEMORY";
+        default: return "GL error " + std::to_string(code);
     }
 }
 
@@ -89,25 +84,27 @@ void upload(const Buffer& buffer, const void* data, std::size_t bytes) {
     glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(bytes), data, GL_STREAM_DRAW);
 }
 
-VertexArray make_vertex_array(const Buffer& buffer, std::initializer_list<int> floats_per_attribute) {
+VertexArray make_vertex_array(const Buffer& buffer, std::initializer_list<int> floats_per_attribute,
+                              int each) {
     GLuint id = 0;
     glGenVertexArrays(1, &id);
     glBindVertexArray(id);
     glBindBuffer(GL_ARRAY_BUFFER, buffer.id());
     std::size_t stride = 0, offset = 0;
     for (const int floats : floats_per_attribute) stride += sizeof(float) * static_cast<std::size_t>(floats);
+    const auto step = static_cast<GLsizei>(stride) * each;
     GLuint attribute = 0;
     for (const int floats : floats_per_attribute) {
         glEnableVertexAttribArray(attribute);
-        glVertexAttribPointer(attribute++, floats, GL_FLOAT, GL_FALSE, static_cast<GLsizei>(stride),
+        glVertexAttribPointer(attribute++, floats, GL_FLOAT, GL_FALSE, step,
                               reinterpret_cast<const void*>(offset));
         offset += sizeof(float) * static_cast<std::size_t>(floats);
     }
     return VertexArray(id);
 }
 
-Texture make_texture_2d(GLenum internal_format, int width, int height) {
-    Texture texture = make_texture(GL_TEXTURE_2D, GL_NEAREST, GL_CLAMP_TO_EDGE);
+Texture make_texture_2d(GLenum internal_format, int width, int height, GLint filter) {
+    Texture texture = make_texture(GL_TEXTURE_2D, filter, GL_CLAMP_TO_EDGE);
     glTexImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(internal_format), width, height, 0, GL_RGBA, GL_FLOAT,
                  nullptr);
     check_gl("a texture of " + std::to_string(width) + "×" + std::to_string(height));
@@ -134,6 +131,26 @@ Texture make_shadow_texture(int size) {
     return texture;
 }
 
+Sampler make_depth_reader(int unit) {
+    GLuint id = 0;
+    glGenSamplers(1, &id);
+    glSamplerParameteri(id, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    glSamplerParameteri(id, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    glSamplerParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glSamplerParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    glSamplerParameteri(id, GL_TEXTURE_COMPARE_MODE, GL_NONE);
+    glBindSampler(static_cast<GLuint>(unit), id);
+    return Sampler(id);
+}
+
+Sampler make_mipmap_reader() {
+    GLuint id = 0;
+    glGenSamplers(1, &id);
+    glSamplerParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+    glSamplerParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    return Sampler(id);
+}
+
 Texture make_volume_texture() { return make_texture(GL_TEXTURE_3D, GL_LINEAR, GL_CLAMP_TO_EDGE); }
 
 Texture make_tile_texture(int size, const std::uint8_t* texels) {
@@ -142,6 +159,13 @@ Texture make_tile_texture(int size, const std::uint8_t* texels) {
     glGenerateMipmap(GL_TEXTURE_2D);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
     check_gl("a tile of " + std::to_string(size) + "² texels");
+    return texture;
+}
+
+Texture make_strip_texture(int size, const std::uint8_t* texels) {
+    Texture texture = make_texture(GL_TEXTURE_2D, GL_LINEAR, GL_CLAMP_TO_EDGE);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, size, 1, 0, GL_RGBA, GL_UNSIGNED_BYTE, texels);
+    check_gl("a strip of " + std::to_string(size) + " texels");
     return texture;
 }
 
@@ -201,6 +225,9 @@ void Program::set(const char* name, const std::vector<Eigen::Vector2f>& x) const
 }
 void Program::set(const char* name, const Eigen::Vector3f& x) const {
     glUniform3fv(glGetUniformLocation(program_.id(), name), 1, x.data());
+}
+void Program::set(const char* name, const std::vector<Eigen::Vector4f>& x) const {
+    glUniform4fv(glGetUniformLocation(program_.id(), name), static_cast<GLsizei>(x.size()), x.data()->data());
 }
 void Program::set(const char* name, const Eigen::Matrix3f& x) const {
     glUniformMatrix3fv(glGetUniformLocation(program_.id(), name), 1, GL_FALSE, x.data());

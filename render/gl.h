@@ -36,27 +36,36 @@ void delete_buffer(GLuint);
 void delete_vertex_array(GLuint);
 void delete_texture(GLuint);
 void delete_framebuffer(GLuint);
+void delete_sampler(GLuint);
 void delete_shader(GLuint);
 void delete_program(GLuint);
 using Buffer = GLObject<delete_buffer>;
 using VertexArray = GLObject<delete_vertex_array>;
 using Texture = GLObject<delete_texture>;
+using Sampler = GLObject<delete_sampler>;
 using Framebuffer = GLObject<delete_framebuffer>;
 
-/// Attribute k of the shader is the k-th entry: that many floats, one after the other, from the buffer.
-VertexArray make_vertex_array(const Buffer&, std::initializer_list<int> floats_per_attribute);
+/// Attribute k of the shader is the k-th entry: that many floats, one after the other, from every `each`-th
+/// record of the buffer.
+VertexArray make_vertex_array(const Buffer&, std::initializer_list<int> floats_per_attribute, int each = 1);
 Buffer make_buffer();
 void upload(const Buffer&, const void* data, std::size_t bytes);  ///< Replaces what it held.
 
-/// Empty; nearest, clamped.
-Texture make_texture_2d(GLenum internal_format, int width, int height);
+/// Empty; clamped.
+Texture make_texture_2d(GLenum internal_format, int width, int height, GLint filter = GL_NEAREST);
 Texture make_depth_stencil_texture(int width, int height);
 /// Depth texture that compares when it is sampled (sampler2DShadow), lit outside.
 Texture make_shadow_texture(int size);
+/// Reads such a texture as plain numbers, wherever it is bound at that unit.
+Sampler make_depth_reader(int unit);
+/// Reads a tile from the nearest of its smaller versions alone.
+Sampler make_mipmap_reader();
 /// Empty 3D texture; linear, clamped.
 Texture make_volume_texture();
 /// RGBA, 8 bits a channel, with all its smaller versions; linear, repeats.
 Texture make_tile_texture(int size, const std::uint8_t* texels);
+/// RGBA, 8 bits a channel, one row; linear, clamped.
+Texture make_strip_texture(int size, const std::uint8_t* texels);
 /// Throws GLError where the combination is not complete.
 Framebuffer make_framebuffer(std::initializer_list<const Texture*> colours, const Texture* depth = nullptr,
                              GLenum depth_attachment = GL_DEPTH_ATTACHMENT);
@@ -74,6 +83,7 @@ public:
     void set(const char* name, const Eigen::Vector2f&) const;
     void set(const char* name, const std::vector<Eigen::Vector2f>&) const;
     void set(const char* name, const Eigen::Vector3f&) const;
+    void set(const char* name, const std::vector<Eigen::Vector4f>&) const;
     void set(const char* name, const Eigen::Matrix3f&) const;
     void set(const char* name, const Eigen::Matrix4f&) const;
 

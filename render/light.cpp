@@ -85,35 +85,76 @@ std::array<SkyDirection, 9> sky_directions() {
     return result;
 }
 
+/// The mean of every eight cells, with the same lower corner.
+Density halved(const Density& density) {
+    const Vector3i fine = density.rho.size, n = (fine.array() + 1) / 2;
+    Density coarse{density.origin, 2 * density.cell, {n, std::vector<float>(n.cast<std::size_t>().prod())}};
+#pragma omp parallel for
+    for (int k = 0; k < fine.z(); ++k)  // every second slice starts a new one: no two threads share a cell
+        for (int j = 0; j < fine.y() && k % 2 == 0; ++j)
+            for (int i = 0; i < fine.x(); ++i)
+                for (int l = k; l < std::min(k + 2, fine.z()); ++l)
+                    coarse.rho.values[coarse.rho.index(i / 2, j / 2, k / 2)] +=
+                        0.125f * density.rho.values[density.rho.index(i, j, l)];
+    return coarse;
+}
+
+/// Values of a field of cells twice as wide, in the middle of a row's cells: three quarters from the nearest,
+/// one from the next, along every axis.
+void interpolate_row(const Field& coarse, int j, int k, int count, float* out) {
+    const auto next = [](int i, int n) { return std::clamp(i / 2 + (i % 2 ? 1 : -1), 0, n - 1); };
+    const Vector3i n = coarse.size;
+    const float* near_near = &coarse.values[coarse.index(0, j / 2, k / 2)];
+    const float* far_near = &coarse.values[coarse.index(0, next(j, n.y()), k / 2)];
+    const float* near_far = &coarse.values[coarse.index(0, j / 2, next(k, n.z()))];
+    const float* far_far = &coarse.values[coarse.index(0, next(j, n.y()), next(k, n.z()))];
+    const auto across = [&](int i) {
+        return 0.5625f * near_near[i] + 0.1875f * (far_near[i] + near_far[i]) + 0.0625f * far_far[i];
+    };
+    for (int i = 0; i < count; ++i) out[i] = 0.75f * across(i / 2) + 0.25f * across(next(i, n.x()));
+}
+
+/// The sky that is seen, summed over its directions; it changes slowly, so that coarse cells do.
+Field sky_seen(const Density& density, float spacing) {
+    constexpr float k = 0.12f;  // per particle spacing
+    const Density coarse = halved(density);
+    const auto directions = sky_directions();
+    std::array<Field, 9> tau;
+#pragma omp parallel for schedule(dynamic)
+    for (int d = 0; d < 9; ++d) tau[d] = thickness_towards(coarse, spacing, directions[d].to_sky);
+    Field sky{coarse.rho.size, std::vector<float>(coarse.rho.values.size(), 0.0f)};
+    const auto count = static_cast<std::ptrdiff_t>(sky.values.size());
+#pragma omp parallel for
+    for (std::ptrdiff_t i = 0; i < count; ++i)
+        for (int d = 0; d < 9; ++d) sky.values[i] += directions[d].weight / (1 + k * tau[d].values[i]);
+    return sky;
+}
+
 }  // namespace
 
 /// Snow scatters light on rather than swallowing it, so neither law falls like exp(−τ).
-///   sky:  1/(1 + k τ), summed over the sky;   sun:  1/(1 + c τ)², with blue going farthest.
+///   sky:  Σ 1/(1 + k τ) over the sky;   sun:  1/(1 + c τ)², with blue going farthest.
 std::vector<SnowLight> light_in_snow(const Density& density, float spacing, const Vector3f& to_sun) {
-    const auto directions = sky_directions();
-    std::array<Field, 10> tau;
-#pragma omp parallel for schedule(dynamic)
-    for (int d = 0; d < 10; ++d)
-        tau[d] = thickness_towards(density, spacing, d < 9 ? directions[d].to_sky : to_sun);
-
-    constexpr float k = 0.12f, c[3] = {0.050f, 0.042f, 0.036f};  // per particle spacing
-    const auto count = static_cast<std::ptrdiff_t>(density.rho.values.size());
+    constexpr float c[3] = {0.050f, 0.042f, 0.036f};  // per particle spacing
+    const Field sky = sky_seen(density, spacing), tau = thickness_towards(density, spacing, to_sun);
+    const Vector3i n = density.rho.size;
     std::vector<SnowLight> light(density.rho.values.size());
-    std::vector<float> sky(light.size(), 0.0f);
-    constexpr std::ptrdiff_t piece = 4096;  // stays in the nearest cache
-#pragma omp parallel for
-    for (std::ptrdiff_t first = 0; first < count; first += piece) {
-        const std::ptrdiff_t last = std::min(count, first + piece);
-        for (int d = 0; d < 9; ++d)
-            for (std::ptrdiff_t i = first; i < last; ++i)
-                sky[i] += directions[d].weight / (1 + k * tau[d].values[i]);
-        for (std::ptrdiff_t i = first; i < last; ++i) {
-            const auto through = [&](float extinction) {
-                const float t = 1 + extinction * tau[9].values[i];
-                return 1 / (t * t);
-            };
-            light[i] = {{through(c[0]), through(c[1]), through(c[2])}, sky[i]};
-        }
+#pragma omp parallel
+    {
+        std::vector<float> row(n.x());
+#pragma omp for
+        for (int k = 0; k < n.z(); ++k)
+            for (int j = 0; j < n.y(); ++j) {
+                interpolate_row(sky, j, k, n.x(), row.data());
+                const std::size_t first = density.rho.index(0, j, k);
+                for (int i = 0; i < n.x(); ++i) {
+                    const auto through = [&](float extinction) {
+                        const float t = 1 + extinction * tau.values[first + i];
+                        return 1 / (t * t);
+                    };
+                    light[first + i] = {{through(c[0]), through(c[1]), through(c[2])}, row[i]};
+                }
+            }
     }
     return light;
 }

@@ -4,51 +4,105 @@
 #include "render/meshes.h"
 #include "render/relief.h"
 #include "render/renderer.h"
+#include "render/sky.h"
 #include "render/splats.h"
 #include "render/view.h"
+
+#include <map>
 
 namespace firn {
 
 /// What a quality costs.
 struct Effort {
-    int edge;            ///< samples along a pixel's edge.
-    int shadow_size;     ///< [texels]
-    int shadow_taps;     ///< samples of the shadow map for a sample of the picture.
-    int smoothing_taps;  ///< neighbours to either side in the smoothing of depth.
+    int edge;         ///< samples along a pixel's edge.
+    int shadow_size;  ///< [texels]
+    int shadow_taps;  ///< samples of the shadow map in half-shade.
+    int children;     ///< smaller splats about a particle that is near.
+    int grains;       ///< drawn in each puff of spray.
 };
 
 Effort effort_of(Quality);
 
-/// What a sample shows, as the stencil buffer holds it: each is smoothed and shaded by a shader of its own.
-enum Kind : GLint { kind_sky, kind_snow, kind_ground, kind_body };
+/// Radius of a splat from which smaller ones show about it [samples].
+inline constexpr float children_from = 6;
+
+/// What a sample shows, as the stencil buffer holds it: each is shaded on its own. Solids come after these.
+enum Kind : GLint { kind_sky, kind_snow, kind_solid };
+
+/// Colliders of one look that have moved equally far.
+struct SolidGroup {
+    Look look;
+    Eigen::Vector3f moved;           ///< since the start [m]
+    std::vector<Plane> planes;
+    std::vector<Vertex> triangles;
+    GLint first = 0;                 ///< in the buffer
+};
+
+struct GlassPlate {
+    GLint first;
+    GLsizei count;
+    float thickness;                 ///< [m]
+};
+
+/// Distances to bodies, as shaders/bodies.glsl wants them.
+struct BodyDistances {
+    std::vector<Eigen::Vector4f> a, b;
+    float reach;                     ///< over which they hide the sky [m]
+};
 
 /// Everything of one picture that the passes share.
 struct Frame {
     View view;
     ShadowView shadow;
     Eigen::Vector3f to_sun;
-    std::vector<Plane> planes;
+    SkyLight light;
+    std::vector<SolidGroup> solids;
+    std::vector<GlassPlate> glass;
+    std::vector<float> nodes;                    ///< of the grid, 3 each [m].
+    bool coloured;
+    float shutter;                               ///< how long it is open in this moment [s].
+    float focus, aperture;                       ///< [m]
+    BodyDistances bodies;
     float spacing;                               ///< [m]
+    float nearest_snow;                          ///< depth [m]
     Eigen::Vector3f volume_origin, volume_size;  ///< [m]
-    GLsizei splats, seen_splats;                 ///< in the buffer; so many of them, the first, can be seen.
-    GLsizei vertices;                            ///< in the buffer
+    GLsizei splats, near_splats, seen_splats;    ///< in the buffer; near and seen ones come first.
+    GLsizei spray;                               ///< in the buffer
+    GLsizei vertices;                            ///< in the buffer, without glass
+};
+
+/// Texture units, the same in every pass.
+enum Unit {
+    unit_depths, unit_surface, unit_shadow_all, unit_shadow_bodies, unit_snow_outward, unit_snow_light,
+    unit_relief, unit_spray_shadow, unit_wide_depths, unit_shadow_depths, unit_raw_depths,
+    unit_values, unit_palette
 };
 
 /// The passes of a picture, in the order in which they run, and the OpenGL objects that they keep.
 struct Renderer::Passes {
     explicit Passes(const Picture&);
-    Image draw(const ParticleView&, const std::vector<Collider>&, const Camera&, double time);
+    Image draw(const ParticleView&, const std::vector<Solid>&, const Camera&, double time);
+    void draw_moment(const ParticleView&, const std::vector<Solid>&, const Camera&, double time);
 
-    Frame prepare(ParticleView, const std::vector<Collider>&, const Camera&, double time);
+    Frame prepare(ParticleView, const std::vector<Solid>&, const Camera&, double time);
+    void prepare_solids(Frame&, const std::vector<Solid>&, double time);
     void draw_shadows(const Frame&);
     void draw_surfaces(const Frame&);
     void smooth_depth(const Frame&);
     void shade(const Frame&);
+    void draw_glass(const Frame&);
+    void draw_spray(const Frame&);
+    void draw_nodes(const Frame&);
+    void blur_by_lens(const Frame&);
+    void add_moment(int moments, bool first);
     void resolve();
     Image read_back();
 
-    void upload_volume(const Density&, float spacing, const Eigen::Vector3f& to_sun);
+    void upload_volume(const Density&, const Density& soft, float spacing, const Eigen::Vector3f& to_sun);
+    const Program& solid_program(Look);
     void set_view(const Program&, const View&) const;
+    void set_light(const Program&, const Frame&) const;  ///< with the program in use
+    void set_bodies(const Program&, const BodyDistances&) const;
 
     EglContext context;  // first: it must outlive the rest
     Picture picture;
@@ -56,24 +110,34 @@ struct Renderer::Passes {
     int margin = 0;  ///< [samples]
     float max_point_size = 1;
 
-    Buffer splats = make_buffer(), mesh = make_buffer();
-    VertexArray splat_array = make_vertex_array(splats, {3, 1, 1}),
-                mesh_array = make_vertex_array(mesh, {3, 3}), no_array = make_vertex_array(mesh, {});
+    Buffer splats = make_buffer(), spray = make_buffer(), mesh = make_buffer(), nodes = make_buffer();
+    VertexArray splat_array = make_vertex_array(splats, {3, 1, 1, 1}),
+                spray_array = make_vertex_array(spray, {3, 3, 1, 1, 1}, 2),
+                spray_line_array = make_vertex_array(spray, {3, 3, 1, 1, 1}),
+                mesh_array = make_vertex_array(mesh, {3, 3}), no_array = make_vertex_array(mesh, {}),
+                node_array = make_vertex_array(nodes, {3});
     Texture relief = make_tile_texture(Relief::size, snow_relief().texels.data());
-    Texture shadow_all, shadow_bodies, snow_outward = make_volume_texture(),
-                                       snow_light = make_volume_texture();
-    Texture depth_buffer, surface, depth, smoothed_once, smoothed_twice, light, developed;
-    Framebuffer shadow_all_target, shadow_bodies_target, surface_target, smooth_once_target,
-        smooth_twice_target, light_target, developed_target;
+    Sampler quick_reader = make_mipmap_reader();  ///< of the relief, where a step between sizes does not show.
+    Sampler depth_reader = make_depth_reader(unit_shadow_depths);
+    Texture shadow_all, shadow_bodies, spray_shadow, snow_outward = make_volume_texture(),
+                                                     snow_light = make_volume_texture();
+    Texture depth_buffer, surface, depth, smooth_depths[3], light, blurred, moments, values, palette, developed;
+    std::map<Look, Program> solid_programs;  ///< made when they are first needed.
+    const Texture *fine = nullptr, *wide = nullptr;  ///< of them: over a grain, over a lump.
+    Framebuffer shadow_all_target, shadow_bodies_target, spray_shadow_target, surface_target,
+        smooth_target[3], light_target, blurred_target, moments_target, developed_target;
+    const Texture* picture_light = nullptr;  ///< what is to be resolved.
     Program shadow_mesh_program{{"shadow_mesh.vert"}, {"shadow_mesh.frag"}},
         shadow_splat_program{{"shadow_splat.vert"}, {"shadow_splat.frag"}},
+        shadow_spray_program{{"shadow_spray.vert"}, {"shadow_spray.frag"}},
         mesh_program{{"mesh.vert"}, {"mesh.frag"}}, plane_program{{"full_screen.vert"}, {"plane.frag"}},
         splat_program{{"splat.vert"}, {"splat.frag"}}, smooth_program{{"full_screen.vert"}, {"smooth.frag"}},
-        sky_program{{"full_screen.vert"}, {"shade.glsl", "shade_sky.frag"}},
-        snow_program{{"full_screen.vert"}, {"shade.glsl", "shade_snow.frag"}},
-        ground_program{{"full_screen.vert"}, {"shade.glsl", "shade_ground.frag"}},
-        body_program{{"full_screen.vert"}, {"shade.glsl", "shade_body.frag"}},
-        resolve_program{{"full_screen.vert"}, {"resolve.frag"}};
+        sky_program{{"full_screen.vert"}, {"light.glsl", "shade_sky.frag"}},
+        snow_program{{"full_screen.vert"}, {"light.glsl", "bodies.glsl", "shade_snow.frag"}},
+        glass_program{{"mesh.vert"}, {"light.glsl", "glass.frag"}},
+        spray_program{{"light.glsl", "spray.vert"}, {"spray.frag"}},
+        node_program{{"node.vert"}, {"node.frag"}}, lens_program{{"full_screen.vert"}, {"lens.frag"}},
+        add_program{{"full_screen.vert"}, {"add_moment.frag"}}, resolve_program{{"full_screen.vert"}, {"resolve.frag"}};
 };
 
 }  // namespace firn

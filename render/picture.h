@@ -1,16 +1,29 @@
 #pragma once
+#include "sim/shape.h"
+
+#include <optional>
 
 namespace firn {
 
 enum class Quality { draft, preview, final };
 
-/// What a picture is to be: size and effort.
+/// What the snow's colour shows.
+enum class Colour { snow, speed, density, compression, stress, body, particle_id };
+
+/// What a picture is to be: size, light, effort, and what it shows.
 struct Picture {
     int width = 1280, height = 720;    ///< [pixels], 1 to 16384 each.
     Quality quality = Quality::final;  ///< draft: 1 sample a pixel; preview: 1, softer shadows; final: 2×2.
     double sun_azimuth = 180;          ///< [degrees] from +x towards +z: where the light comes from.
     double sun_elevation = 32;         ///< [degrees] above the horizon.
     double exposure = 1;               ///< factor on the light before the tone curve.
+    double shutter = 0.0208;           ///< how long it is open [s]; spray is drawn along its way.
+    int motion_samples = 1;            ///< moments of that time that are averaged; 1: only spray is blurred.
+    Colour colour = Colour::snow;
+    std::optional<double> colour_min, colour_max;  ///< ends of the colour map; none: of the frame's values.
+    std::optional<Plane> slice;                    ///< snow that its normal points to is cut away.
+    bool grid_nodes = false;                       ///< draws the nodes of the cells that hold snow.
+    bool overlay = false;  ///< writes time, Δt and the number of particles into the picture.
 };
 
 }  // namespace firn

@@ -1,9 +1,9 @@
 #pragma once
 #include "render/camera.h"
 #include "render/image.h"
+#include "render/look.h"
 #include "render/picture.h"
 #include "sim/particle_view.h"
-#include "sim/settings.h"
 
 #include <memory>
 #include <stdexcept>
@@ -23,11 +23,11 @@ public:
     explicit Renderer(const Picture&);  ///< Opens the context, compiles the shaders; throws GLError.
     ~Renderer();
 
-    /// The particles from the camera, with the colliders where they are at `time` [s]. A plane collider is a
+    /// The particles from the camera, with camera and colliders where they are at `time` [s]. A plane collider is a
     /// ground as far as one sees. Any number of particles, none included, in metres within 10⁵ of the origin
     /// (others are left out); the same input gives the same bytes. Throws GLError, and std::invalid_argument
     /// for particles without a spacing or a collider of another shape than Collider allows.
-    Image draw(const ParticleView&, const std::vector<Collider>&, const Camera&, double time);
+    Image draw(const ParticleView&, const std::vector<Solid>&, const Camera&, double time);
 
     const std::string& description() const;  ///< vendor, renderer and version of the OpenGL in use.
 

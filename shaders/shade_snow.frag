@@ -1,17 +1,28 @@
+uniform sampler2D depths;          // smoothed
+uniform sampler2D wide_depths;     // smoothed over a lump
+uniform sampler2D raw_depths;
+uniform sampler2D surface;         // grain's normal
 uniform sampler2DShadow shadow_bodies;  // by bodies alone: snow lets light through
 uniform sampler3D snow_outward;    // −∇ρ over two cells; ρ in alpha
 
-const float albedo = 0.97;
-const float wrap = 0.20;           // how far sunlight reaches around the edge of shade, as a cosine
-const float scattering = 0.22;     // share of the sun that was inside before it comes out
+uniform bool coloured;             // by a colour map
+uniform sampler2D values;          // 0 to 1
+uniform sampler2D palette;
+
+out vec4 out_light;
+
+const vec3 albedo = vec3(0.965, 0.972, 0.98);
+const vec3 deep = vec3(0.86, 1.0, 1.16);  // colour of light that has been inside: ice takes the red
+const float wrap = 0.16;           // how far sunlight reaches around the edge of shade, as a cosine
+const float scattering = 0.20;     // share of the sun that was inside before it comes out
 
 // From smoothed depth: the smaller of the two differences along each axis, which does not cross an edge.
-vec3 normal_of_depth(ivec2 at, float depth) {
+vec3 normal_of_depth(sampler2D map, ivec2 at, float depth) {
     ivec2 last = ivec2(samples) - 1;
-    float left = depth - texelFetch(depths, max(at - ivec2(1, 0), ivec2(0)), 0).r;
-    float right = texelFetch(depths, min(at + ivec2(1, 0), last), 0).r - depth;
-    float below = depth - texelFetch(depths, max(at - ivec2(0, 1), ivec2(0)), 0).r;
-    float above = texelFetch(depths, min(at + ivec2(0, 1), last), 0).r - depth;
+    float left = depth - texelFetch(map, max(at - ivec2(1, 0), ivec2(0)), 0).r;
+    float right = texelFetch(map, min(at + ivec2(1, 0), last), 0).r - depth;
+    float below = depth - texelFetch(map, max(at - ivec2(0, 1), ivec2(0)), 0).r;
+    float above = texelFetch(map, min(at + ivec2(0, 1), last), 0).r - depth;
     vec2 slope = vec2(abs(left) < abs(right) ? left : right, abs(below) < abs(above) ? below : above);
     // position = depth · ray:  ∂/∂x = slope ray + depth ∂ray/∂x, and the normal is ∂/∂y × ∂/∂x.
     vec3 ray = vec3((vec2(at) + 0.5 - 0.5 * samples) * sample_tan, 1.0);
@@ -25,16 +36,34 @@ void main() {
     float depth = texelFetch(depths, at, 0).r;
     vec3 ray = ray_through(gl_FragCoord.xy);
     vec3 position = eye + depth * ray;
-    vec3 grain = normalize(texelFetch(surface, at, 0).xyz * 2.0 - 1.0);
-    vec3 outward = texture(snow_outward, (position - volume_origin) / volume_size).xyz;
-    vec3 normal = normalize(mix(normal_of_depth(at, depth), grain, 0.25) + 1.2 * outward);
+    vec4 grain_at = texelFetch(surface, at, 0);
+    vec3 grain = normalize(grain_at.xyz * 2.0 - 1.0);
+    vec4 outward = texture(snow_outward, (position - volume_origin) / volume_size);
+    // Where a sample is wide, grain is finer than it.
+    float grain_share = 0.30 * clamp(1.5 - 0.5 * depth * sample_tan / spacing, 0.3, 1.0);
+    vec3 normal = normalize(mix(normal_of_depth(depths, at, depth), grain, grain_share) + 1.0 * outward.xyz);
+
+    // Pits of the grain and hollows between lumps see less of the light.
+    float raw = texelFetch(raw_depths, at, 0).r, wide = texelFetch(wide_depths, at, 0).r;
+    float pit = clamp((raw - depth) / spacing, -0.6, 0.8), hollow = clamp((depth - wide) / (3.0 * spacing), -0.7, 0.9);
+    float near = clamp(5.0 * depth * sample_tan / spacing, 0.15, 1.0);  // a lump of its own shows no pits
+    float open = clamp(1.0 - 0.30 * near * pit - 0.45 * hollow, 0.35, 1.25);
 
     vec3 lifted = position + 1.2 * spacing * normal;  // or it would lie in its own shade
     vec4 light = light_at(position + spacing * normal);
     float facing = clamp((dot(normal, to_sun) + wrap) / (1.0 + wrap), 0.0, 1.0);
-    float direct = facing * sun_visibility(lifted, spacing);
+    float thin = sqrt(spray_transmittance(lifted));  // half of the cloud lies behind
+    float direct = facing * sun_visibility(lifted, 0.8 * spacing) * thin * mix(1.0, open, 0.5);
     float past_bodies = texture(shadow_bodies, shadow_position(lifted));
-    vec3 sun = sun_light * mix(vec3(direct), past_bodies * light.rgb, scattering);
-    vec3 around = open_sky(light.a) * (sky_by_normal(normal) + bounce_by_normal(normal));
-    out_light = seen_through_air(albedo * (sun + around), depth, ray);
+    vec3 sun = sun_light * mix(vec3(direct), past_bodies * light.rgb * deep, scattering);
+    float seen = open_sky(clamp(light.a * open, 0.0, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));
+    vec3 around = seen * (sky_by_normal(normal) + seen * bounce_by_normal(normal));
+    if (coloured) {
+        // Shaded only as far as it takes to see the shape: the colours must be those of the scale.
+        vec3 own = texture(palette, vec2(texelFetch(values, at, 0).r, 0.5)).rgb;
+        float shade = dot(sun + around, vec3(0.2126, 0.7152, 0.0722));
+        out_light = vec4(pow(own, vec3(2.2)) * mix(0.55, 1.0, smoothstep(0.0, 1.2, shade)), 1.0);
+        return;
+    }
+    out_light = vec4(seen_through_air(albedo * (sun + around), depth, ray), 1.0);
 }

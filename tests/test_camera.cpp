@@ -81,6 +81,36 @@ TEST_CASE("where there is nothing to frame, the camera is the default", "[camera
     CHECK(framing(infinite, 1.5).eye == Camera{}.eye);
 }
 
+TEST_CASE("a camera passes through its keyframes, smoothly and at rest at both ends", "[camera]") {
+    Camera camera;
+    camera.keyframes = {{0, {0, 1, 3}, {0, 0, 0}, 40}, {1, {2, 1, 3}, {0, 0.5, 0}, 30}, {3, {2, 4, 3}, {1, 0, 0}, 50}};
+    for (const CameraKey& key : camera.keyframes) {
+        const Camera now = camera_at(camera, key.time);
+        CHECK((now.eye - key.eye).norm() < 1e-12);
+        CHECK((now.target - key.target).norm() < 1e-12);
+        CHECK(now.field_of_view == Approx(key.field_of_view));
+    }
+    CHECK(camera_at(camera, -1).eye == camera.keyframes.front().eye);
+    CHECK(camera_at(camera, 9).eye == camera.keyframes.back().eye);
+    constexpr double dt = 1e-4;
+    const auto speed = [&](double t) {
+        return Vec3d((camera_at(camera, t + dt).eye - camera_at(camera, t - dt).eye) / (2 * dt));
+    };
+    CHECK(speed(0).norm() < 1e-2);
+    CHECK(speed(3).norm() < 1e-2);
+    CHECK((speed(1 - 2 * dt) - speed(1 + 2 * dt)).norm() < 1e-2);
+    CHECK(speed(1).norm() > 0.1);
+}
+
+TEST_CASE("an orbit keeps the distance and looks at the target", "[camera]") {
+    Camera camera{{3, 1, 0}, {1, 0.5, 0}, 40};
+    camera.orbit = 90;
+    const Camera quarter = camera_at(camera, 1);
+    CHECK((quarter.eye - Vec3d(1, 1, -2)).norm() < 1e-12);
+    CHECK(quarter.target == camera.target);
+    CHECK((camera_at(camera, 4).eye - camera.eye).norm() < 1e-12);
+}
+
 TEST_CASE("the sun stands where azimuth and elevation say", "[camera]") {
     Picture picture;
     picture.sun_azimuth = 90, picture.sun_elevation = 30;

@@ -1,7 +1,9 @@
 #include "render/compare.h"
+#include "render/flip.h"
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -36,6 +38,28 @@ TEST_CASE("a picture does not differ from itself", "[compare]") {
     CHECK(std::isinf(d.psnr));
     CHECK(d.ssim == Approx(1).epsilon(1e-12));
     CHECK(d.share_above == 0);
+}
+
+// Reference values from the authors' own program (flip-evaluator 1.x, LDR), which calculates in float.
+TEST_CASE("FLIP agrees with its authors' program", "[compare]") {
+    const auto mixed = [](int step, int shift) {
+        return image_of(48, 40, [=](int x, int y, int c) {
+            return (x + shift) * 7 + y * 13 + c * step + (x * y) % 17 * 5;
+        });
+    };
+    CHECK(flip(mixed(31, 0), mixed(37, 1)) == Approx(0.37092099).margin(2e-4));
+    const auto with_disc = [](int value) {
+        return image_of(48, 40, [=](int x, int y, int c) {
+            const bool inside = (x - 20) * (x - 20) + (y - 20) * (y - 20) <= 36;
+            return c == 0 ? x * 5 : c == 1 ? y * 6 : inside ? value : 128;
+        });
+    };
+    const Image plain = with_disc(128), disc = with_disc(180);
+    CHECK(flip(plain, disc) == Approx(0.04193177).margin(2e-4));
+    const std::vector<float> map = flip_map(plain, disc);
+    CHECK(*std::max_element(map.begin(), map.end()) == Approx(0.44075549).margin(2e-3));
+    CHECK(flip(flat(48, 40, 0), flat(48, 40, 255)) == Approx(0.96740073).margin(2e-4));
+    CHECK(flip(disc, disc) == 0);
 }
 
 TEST_CASE("black and white differ by everything", "[compare]") {

@@ -27,6 +27,14 @@ Density density_at(const std::vector<float>& x, std::size_t max_cells = 1 << 20)
     return density_of({x, {}, spacing}, max_cells);
 }
 
+Splats splats_of(const std::vector<float>& x, const Vec3d& eye, const std::vector<float>& v = {}) {
+    const Density density = density_at(x);
+    Density soft = density;
+    soft.rho = smoothed(density.rho);
+    return visible_splats({x, v, spacing}, density, soft, view_of(Camera{eye, {0.2, 0.2, 0.2}, 40}, {}, 1, 0),
+                          4);
+}
+
 double total(const Density& density) {
     const auto& rho = density.rho.values;
     return std::accumulate(rho.begin(), rho.end(), 0.0) * std::pow(density.cell / spacing, 3);
@@ -107,7 +115,9 @@ TEST_CASE("the deeper in snow, the less sun and sky, and blue goes farthest", "[
 TEST_CASE("what lies deep inside is not drawn, and nothing of the surface is missing", "[light]") {
     const int n = 40;
     const std::vector<float> x = block(n, n);
-    const auto [splats, seen] = visible_splats({x, {}, spacing}, density_at(x), {0.2f, 0.2f, 9});
+    const Splats visible = splats_of(x, {0.2, 0.2, 9});
+    const auto& splats = visible.all;
+    const std::size_t seen = visible.seen;
     CHECK(seen < splats.size());
     CHECK(seen > splats.size() / 8);
     CHECK(splats.size() < n * n * n / 2);
@@ -121,13 +131,20 @@ TEST_CASE("what lies deep inside is not drawn, and nothing of the surface is mis
     CHECK(outer == n * n * n - (n - 2) * (n - 2) * (n - 2));
 }
 
-TEST_CASE("a single particle is drawn, smaller than one in unbroken snow", "[light]") {
+TEST_CASE("a single particle is spray in flight and a crumb at rest, unbroken snow is neither", "[light]") {
     const std::vector<float> one = {0.3f, 0.2f, 0.1f};
-    const std::vector<Splat> splats = visible_splats({one, {}, spacing}, density_at(one), {0, 0, 9}).all;
-    REQUIRE(splats.size() == 1);
-    CHECK(splats[0].x == 0.3f);
-    CHECK(splats[0].radius < 0.8f * spacing);
-    CHECK(visible_splats({{}, {}, spacing}, density_at({}), {0, 0, 9}).all.empty());
+    const Splats crumb = splats_of(one, {0, 0, 9});
+    REQUIRE(crumb.all.size() == 1);
+    CHECK(crumb.all[0].radius < 0.8f * spacing);
+    const Splats alone = splats_of(one, {0, 0, 9}, {3, 0, 0});
+    CHECK(alone.all.empty());
+    REQUIRE(alone.spray.size() == 2);  // both ends of its line
+    CHECK(alone.spray[0].x == 0.3f);
+    CHECK(alone.spray[0].amount == 1);
+    CHECK(alone.spray[0].vx == 3);
+    const std::vector<float> whole = block(20, 20);
+    CHECK(splats_of(whole, {0, 0, 9}, std::vector<float>(whole.size(), 3.0f)).spray.empty());
+    CHECK(splats_of({}, {0, 0, 9}).all.empty());
 }
 
 TEST_CASE("a splat is covered by the lump in front of it, not by what is behind or beside it", "[light]") {
@@ -143,5 +160,5 @@ TEST_CASE("a splat is covered by the lump in front of it, not by what is behind 
 
 TEST_CASE("positions that are not finite, or too far for a float, give no splat", "[light]") {
     const std::vector<float> bad = {NAN, 0, 0, 0, INFINITY, 0, 0, 0, -INFINITY, 3e38f, 0, 0, 0, -2e5f, 0};
-    CHECK(visible_splats({bad, {}, spacing}, density_at(bad), {0, 0, 9}).all.empty());
+    CHECK(splats_of(bad, {0, 0, 9}).all.empty());
 }

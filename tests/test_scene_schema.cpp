@@ -53,17 +53,25 @@ static void collect(const nlohmann::ordered_json& schema, const std::string& pat
     }
 }
 
+// The names of all keys that a resolved scene holds; the names of materials are the scene's own.
+static void collect_written(const nlohmann::ordered_json& object, const std::string& path,
+                            std::vector<std::string>& keys) {
+    for (const auto& [name, value] : object.items()) {
+        keys.push_back(path + name);
+        if (value.is_object() && name != "materials") collect_written(value, path + name + ".", keys);
+    }
+}
+
 TEST_CASE("The schema knows exactly the keys of a resolved scene", "[scene]") {
     const auto resolved =
-        load_scene_text("grid_spacing: 0.1\nbodies: [{shape: {sphere: {radius: 1}}}]\n", "s.yaml").resolved;
+        load_scene_text("grid_spacing: 0.1\nbodies: [{shape: {sphere: {radius: 1}}}]\n"
+                        "picture: {slice: {point: [0, 0, 0]}}\n",
+                        "s.yaml")
+            .resolved;
     const auto schema = scene_schema();
     std::vector<std::string> known, written{"presets", "presets.draft", "presets.preview", "presets.final"};
     collect(schema, "", known);
-    for (const auto& [name, value] : resolved.items()) {
-        written.push_back(name);
-        if (value.is_object() && name != "materials")
-            for (const auto& [inner, ignored] : value.items()) written.push_back(name + "." + inner);
-    }
+    collect_written(resolved, "", written);
     std::sort(known.begin(), known.end());
     std::sort(written.begin(), written.end());
     CHECK(known == written);

@@ -1,0 +1,74 @@
+#include "render/caption.h"
+
+#include "render/font.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace firn {
+
+namespace {
+
+using Rgb = std::array<std::uint8_t, 3>;
+constexpr Rgb white{245, 246, 248}, dark{24, 28, 34};
+constexpr int advance = glyph_width + 1;
+
+int scale_of(const Image& image) { return std::max(1, std::min(image.height / 300, image.width / 400)); }
+
+void fill(Image& image, int left, int top, int width, int height, const Rgb& colour) {
+    for (int y = std::max(top, 0); y < std::min(top + height, image.height); ++y)
+        for (int x = std::max(left, 0); x < std::min(left + width, image.width); ++x)
+            std::copy(colour.begin(), colour.end(), &image.pixels[3 * (std::size_t(y) * image.width + x)]);
+}
+
+void write(Image& image, int left, int top, int scale, const std::string& text, const Rgb& colour) {
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const auto code = static_cast<unsigned char>(text[i]);
+        if (code < 32 || code > 126) continue;
+        for (int row = 0; row < glyph_height; ++row)
+            for (int column = 0; column < glyph_width; ++column)
+                if (glyphs[code - 32][row] >> (glyph_width - 1 - column) & 1)
+                    fill(image, left + scale * (int(i) * advance + column), top + scale * row, scale, scale,
+                         colour);
+    }
+}
+
+/// White with a dark rim: legible on snow and on shade.
+void write_rimmed(Image& image, int left, int top, int scale, const std::string& text) {
+    for (const auto& [x, y] : {std::pair(-1, 0), {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, 1}, {-1, 1}, {1, -1}})
+        write(image, left + scale * x, top + scale * y, scale, text, dark);
+    write(image, left, top, scale, text, white);
+}
+
+std::string number(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", value);
+    return text;
+}
+
+}  // namespace
+
+void draw_text(Image& image, const std::vector<std::string>& lines) {
+    const int scale = scale_of(image);
+    for (std::size_t i = 0; i < lines.size(); ++i)
+        write_rimmed(image, 6 * scale, scale * (6 + int(i) * (glyph_height + 4)), scale, lines[i]);
+}
+
+void draw_legend(Image& image, Colour colour, const ColourRange& range) {
+    const int scale = scale_of(image), width = 10 * scale, height = image.height / 2;
+    const int left = image.width - width - 6 * scale, top = (image.height - height) / 2;
+    fill(image, left - scale, top - scale, width + 2 * scale, height + 2 * scale, dark);
+    for (int y = 0; y < height; ++y)
+        fill(image, left, top + y, width, 1, mapped_colour(colour, 1 - (y + 0.5) / height));
+    for (int step = 0; step <= 4; ++step) {
+        const std::string text = number(range.low + 0.25 * step * (range.high - range.low));
+        const int y = top + height - step * height / 4 - scale * glyph_height / 2;
+        write_rimmed(image, left - scale * (4 + int(text.size()) * advance), y, scale, text);
+    }
+    const std::string title = colour_title(colour);
+    write_rimmed(image, image.width - scale * (6 + int(title.size()) * advance),
+                 top - scale * (glyph_height + 12), scale, title);
+}
+
+}  // namespace firn

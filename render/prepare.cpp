@@ -1,0 +1,147 @@
+#include "render/light.h"
+#include "render/passes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace firn {
+
+using Eigen::Vector3f;
+
+namespace {
+
+constexpr std::size_t max_cells = std::size_t(1) << 22;  ///< of the density grid: 100 MB of light in them.
+
+/// OpenGL would do the same, but slower.
+std::vector<Eigen::half> halves(const float* first, std::size_t count) {
+    std::vector<Eigen::half> result(count);
+#pragma omp parallel for
+    for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(count); ++i) result[i] = Eigen::half(first[i]);
+    return result;
+}
+
+/// Positions, those in front of the plane replaced by none: a particle keeps its number.
+std::vector<float> cut(std::span<const float> x, const Plane& plane) {
+    std::vector<float> result(x.begin(), x.end());
+    const Vector3f normal = plane.normal.cast<float>(), point = plane.point.cast<float>();
+    for (std::size_t p = 0; p + 2 < x.size(); p += 3)
+        if (normal.dot(Vector3f(x[p], x[p + 1], x[p + 2]) - point) > 0)
+            std::fill_n(result.begin() + static_cast<std::ptrdiff_t>(p), 3, NAN);
+    return result;
+}
+
+/// Corners of the grid's cells that hold particles, each once, in order [m].
+std::vector<float> nodes_of(const ParticleView& particles) {
+    std::vector<std::array<int, 3>> corners;
+    if (!(particles.grid_spacing > 0)) return {};
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+        if (!drawable(&particles.x[3 * p])) continue;
+        std::array<int, 3> cell;
+        for (int a = 0; a < 3; ++a)
+            cell[a] = static_cast<int>(std::floor(particles.x[3 * p + a] / particles.grid_spacing));
+        if (corners.empty() || corners.back() != cell) corners.push_back(cell);
+    }
+    const auto sort_out = [&] {
+        std::sort(corners.begin(), corners.end());
+        corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+    };
+    sort_out();
+    for (int a = 0; a < 3; ++a) {
+        const std::size_t count = corners.size();
+        for (std::size_t c = 0; c < count; ++c) {
+            auto next = corners[c];
+            ++next[a];
+            corners.push_back(next);
+        }
+        sort_out();
+    }
+    std::vector<float> nodes;
+    for (const auto& corner : corners)
+        for (const int i : corner) nodes.push_back(static_cast<float>(i) * particles.grid_spacing);
+    return nodes;
+}
+
+/// Where shadows are wanted: around the snow, and around the bodies as far as they are near it.
+Eigen::AlignedBox3f shadowed_region(const Density& density, const std::vector<SolidGroup>& solids,
+                                    bool any_snow) {
+    Eigen::AlignedBox3f snow, all;
+    for (const SolidGroup& group : solids)
+        for (const Vertex& vertex : group.triangles) all.extend(vertex.position);
+    if (!any_snow)
+        return all.isEmpty() ? Eigen::AlignedBox3f(Vector3f::Zero().eval(), Vector3f::Ones().eval()) : all;
+    snow.extend(density.origin);
+    snow.extend(density.origin + density.cell * density.rho.size.cast<float>());
+    const Vector3f reach = Vector3f::Constant(snow.diagonal().norm());
+    all = all.intersection(Eigen::AlignedBox3f(snow.min() - reach, snow.max() + reach));
+    return all.isEmpty() ? snow : snow.merged(all);
+}
+
+}  // namespace
+
+/// Density, light volume and what is to be drawn, on the CPU; then all of it to OpenGL.
+Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>& solids,
+                                const Camera& camera, double time) {
+    if (particles.size() == 0 && !(particles.spacing > 0)) particles.spacing = 0.01f;
+    if (!(particles.spacing > 0) || !std::isfinite(particles.spacing))
+        throw std::invalid_argument("particles need a spacing greater than zero to be drawn");
+    Frame frame;
+    frame.view = view_of(camera, picture, effort.edge, margin);
+    frame.to_sun = sun_direction(picture);
+    frame.light = sky_light_at(picture.sun_elevation);
+    frame.spacing = particles.spacing;
+    frame.coloured = !particles.value.empty();
+    frame.shutter = static_cast<float>(picture.shutter / std::max(picture.motion_samples, 1));
+    frame.aperture = static_cast<float>(camera.aperture);
+    frame.focus = static_cast<float>(
+        std::max(camera.focus.value_or((camera.target - camera.eye).norm()), double(frame.view.near_depth)));
+
+    std::vector<float> kept;
+    if (picture.slice) {
+        kept = cut(particles.x, *picture.slice);
+        particles.x = kept;
+    }
+    if (picture.grid_nodes) frame.nodes = nodes_of(particles);
+
+    const Density density = density_of(particles, max_cells);
+    Density soft = density;
+    soft.rho = smoothed(density.rho);
+    frame.volume_origin = density.origin;
+    frame.volume_size = density.cell * density.rho.size.cast<float>();
+    upload_volume(density, soft, particles.spacing, frame.to_sun);
+
+    const Splats visible = visible_splats(particles, density, soft, frame.view, children_from);
+    upload(splats, visible.all.data(), visible.all.size() * sizeof(Splat));
+    upload(spray, visible.spray.data(), visible.spray.size() * sizeof(SprayPoint));
+    frame.splats = static_cast<GLsizei>(visible.all.size());
+    frame.near_splats = static_cast<GLsizei>(visible.near);
+    frame.seen_splats = static_cast<GLsizei>(visible.seen);
+    frame.spray = static_cast<GLsizei>(visible.spray.size() / 2);
+    frame.nearest_snow = std::max(visible.nearest, frame.view.near_depth);
+
+    prepare_solids(frame, solids, time);
+    const Eigen::AlignedBox3f region = shadowed_region(density, frame.solids, frame.splats + frame.spray > 0);
+    const float radius = 0.5f * region.diagonal().norm();
+    frame.shadow = shadow_view(frame.to_sun, region.center(), radius, effort.shadow_size);
+    frame.bodies.reach = 0.3f * radius;
+    check_gl("upload");
+    return frame;
+}
+
+void Renderer::Passes::upload_volume(const Density& density, const Density& soft, float spacing,
+                                     const Vector3f& to_sun) {
+    const std::vector<SnowLight> inside = light_in_snow(density, spacing, to_sun);
+    const std::vector<Eigen::Vector4f> outward = outward_of(soft.rho);
+    const Eigen::Vector3i n = density.rho.size;
+    const auto upload_cells = [&](const Texture& texture, const float* first) {
+        const std::vector<Eigen::half> cells = halves(first, 4 * density.rho.values.size());
+        bind_texture(0, GL_TEXTURE_3D, texture);
+        glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16F, n.x(), n.y(), n.z(), 0, GL_RGBA, GL_HALF_FLOAT,
+                     cells.data());
+    };
+    upload_cells(snow_outward, outward.data()->data());
+    upload_cells(snow_light, inside.data()->sun);
+    check_gl("light volume");
+}
+
+}  // namespace firn

@@ -1,0 +1,77 @@
+#include "render/passes.h"
+
+#include <algorithm>
+
+namespace firn {
+
+using Eigen::Vector3f;
+using Eigen::Vector4f;
+
+Look shown_look(const Solid& solid) {
+    if (solid.look != Look::automatic) return solid.look;
+    const Plane* plane = std::get_if<Plane>(&solid.shape.kind());
+    return plane && plane->normal.normalized().y() > 0.5 ? Look::snow : Look::concrete;
+}
+
+namespace {
+
+Vector4f with(const Vec3d& x, double w) { return {float(x.x()), float(x.y()), float(x.z()), float(w)}; }
+
+/// Adds what the shape is for shaders/bodies.glsl; a sphere is a capsule of no length.
+void add_distance(BodyDistances& bodies, const Shape& shape, const Vec3d& moved) {
+    if (bodies.a.size() == 16) return;
+    const auto add = [&](const Vec3d& a, int kind, const Vec3d& b, double w) {
+        bodies.a.push_back(with(a + moved, kind));
+        bodies.b.push_back(with(b, w));
+    };
+    if (const auto* box = std::get_if<Box>(&shape.kind())) add(box->center, 0, 0.5 * box->size, 0);
+    if (const auto* s = std::get_if<Sphere>(&shape.kind())) add(s->center, 1, s->center + moved, s->radius);
+    if (const auto* c = std::get_if<Capsule>(&shape.kind())) add(c->from, 1, c->to + moved, c->radius);
+    if (const auto* c = std::get_if<Cylinder>(&shape.kind())) add(c->from, 2, c->to + moved, c->radius);
+    if (const auto* p = std::get_if<Plane>(&shape.kind())) add(p->point, 3, p->normal.normalized(), 0);
+}
+
+float thickness_of(const Shape& shape) {
+    const auto* box = std::get_if<Box>(&shape.kind());
+    return box ? static_cast<float>(box->size.minCoeff()) : 0.01f;
+}
+
+SolidGroup& group_of(std::vector<SolidGroup>& groups, Look look, const Vector3f& moved) {
+    for (SolidGroup& group : groups)
+        if (group.look == look && group.moved == moved) return group;
+    constexpr std::size_t most =
+        250;  // the stencil buffer counts to 255; the rest share the last one's pattern
+    if (groups.size() < most) groups.push_back({look, moved, {}, {}, 0});
+    return groups.back();
+}
+
+}  // namespace
+
+void Renderer::Passes::prepare_solids(Frame& frame, const std::vector<Solid>& solids, double time) {
+    std::vector<Vertex> all, glass;
+    for (const Solid& solid : solids) {
+        const Vec3d moved = time * solid.velocity;
+        const std::vector<Vertex> mine = triangles_of(solid, time);
+        if (shown_look(solid) == Look::glass) {
+            frame.glass.push_back({static_cast<GLint>(glass.size()), static_cast<GLsizei>(mine.size()),
+                                   thickness_of(solid.shape)});
+            glass.insert(glass.end(), mine.begin(), mine.end());
+            continue;
+        }
+        SolidGroup& group = group_of(frame.solids, shown_look(solid), moved.cast<float>());
+        if (const Plane* plane = std::get_if<Plane>(&solid.shape.kind()))
+            group.planes.push_back({plane->point + moved, plane->normal.normalized()});
+        group.triangles.insert(group.triangles.end(), mine.begin(), mine.end());
+        add_distance(frame.bodies, solid.shape, moved);
+    }
+    for (SolidGroup& group : frame.solids) {
+        group.first = static_cast<GLint>(all.size());
+        all.insert(all.end(), group.triangles.begin(), group.triangles.end());
+    }
+    frame.vertices = static_cast<GLsizei>(all.size());
+    for (GlassPlate& plate : frame.glass) plate.first += frame.vertices;
+    all.insert(all.end(), glass.begin(), glass.end());
+    upload(mesh, all.data(), all.size() * sizeof(Vertex));
+}
+
+}  // namespace firn

@@ -1,0 +1,107 @@
+// What shades snow, spray, solids and sky shares. All of it writes the light that a sample sends to the camera
+// as film answers to it: linear, 0 to 1.
+uniform sampler2DShadow shadow_all;     // by snow and bodies
+uniform sampler2D shadow_depths;        // the same texture as numbers
+uniform sampler2D spray_shadow;         // optical depth of the spray between the sun and what is solid
+uniform sampler3D snow_light;           // scattered sun in rgb, visible sky in alpha
+
+uniform vec3 volume_origin;        // [m]
+uniform vec3 volume_size;          // [m]
+uniform mat4 shadow_matrix;
+uniform float shadow_texel;        // [m]
+uniform float shadow_span;         // between the map's nearest and farthest depth [m]
+uniform vec2 disc[32];             // points spread over the unit disc, the first as evenly as all
+uniform int shadow_taps;
+uniform vec3 to_sun;
+uniform vec3 sun_light;            // radiance of a white matt surface that faces the sun
+uniform vec3 sky_light;            // of one that sees all of the sky
+uniform vec3 sky_horizon, sky_zenith;
+uniform float spacing;             // of particles [m]
+uniform float haze_distance;       // [m]
+uniform float exposure;
+
+// Without the sun itself.
+vec3 sky(vec3 direction) {
+    vec3 colour = mix(sky_zenith, sky_horizon, exp(-4.0 * max(direction.y, 0.0)));
+    float towards = max(dot(direction, to_sun), 0.0), wide = towards * towards;
+    wide *= wide;
+    return colour + sun_light * (0.10 * wide + 0.25 * exp(-5.0 * abs(direction.y)) * wide * wide * wide);
+}
+
+vec3 shadow_position(vec3 position) {
+    vec3 at = (shadow_matrix * vec4(position, 1.0)).xyz * 0.5 + 0.5;
+    return vec3(at.xy, min(at.z, 1.0));
+}
+
+// Turns the taps of a sample. Bound to the place in the shadow map, not in the picture: it rests with the scene.
+vec2 turn_at(vec2 at) {
+    vec2 cell = floor(at * 2.0 * vec2(textureSize(shadow_depths, 0)));
+    float angle = 6.2832 * fract(52.9829189 * fract(dot(cell, vec2(0.06711056, 0.00583715))));
+    return vec2(cos(angle), sin(angle));
+}
+
+// Share of the sun that is seen: its disc, and the haze about it, make shade softer the farther it falls.
+float sun_visibility(vec3 position, float least_radius) {
+    const float sun_radius = 0.022;    // tangent of half its angle, with the haze
+    vec3 at = shadow_position(position);
+    float scale = 0.5 * length(shadow_matrix[0].xyz);
+    float search = max(least_radius, min(sun_radius * at.z * shadow_span, 40.0 * shadow_texel));
+    vec2 reach = vec2(scale * search, -scale * search);
+    vec4 corners = vec4(texture(shadow_all, vec3(at.xy + reach.xx, at.z)), texture(shadow_all, vec3(at.xy + reach.xy, at.z)),
+                        texture(shadow_all, vec3(at.xy + reach.yx, at.z)), texture(shadow_all, vec3(at.xy + reach.yy, at.z)));
+    float lit = dot(corners, vec4(1.0)) + texture(shadow_all, at);
+    // As it is at the rim and in the middle, so it is between. Loops end early where branches would not.
+    bool known = lit == 5.0 || lit == 0.0;
+    int searched = known ? 0 : 8;
+
+    vec2 turn = turn_at(at.xy);
+    mat2 turned = mat2(turn.x, turn.y, -turn.y, turn.x);
+    float gaps = 0.0, blockers = 0.0;
+    for (int i = 0; i < searched; ++i) {
+        float gap = at.z - texture(shadow_depths, at.xy + scale * search * (turned * disc[i])).r;
+        if (gap > 0.0) gaps += gap, blockers += 1.0;
+    }
+    float radius = clamp(sun_radius * shadow_span * gaps / max(blockers, 1.0), least_radius, search);
+    float sum = 0.0;
+    int taps = known || blockers == 0.0 ? 0 : shadow_taps;
+    for (int i = 0; i < taps; ++i)
+        sum += texture(shadow_all, vec3(at.xy + scale * radius * (turned * disc[i]), at.z));
+    return known ? 0.2 * lit : blockers == 0.0 ? 1.0 : sum / float(shadow_taps);
+}
+
+float spray_transmittance(vec3 position) {
+    return exp(-texture(spray_shadow, shadow_position(position).xy).r);
+}
+
+// Scattered sun and visible sky; outside the volume, and fading over its rim, there is no snow.
+vec4 light_at(vec3 position) {
+    vec3 at = (position - volume_origin) / volume_size;
+    vec3 rim = clamp(min(at, 1.0 - at) * vec3(textureSize(snow_light, 0)) / 5.0, 0.0, 1.0);
+    return mix(vec4(1.0), texture(snow_light, at), rim.x * rim.y * rim.z);
+}
+
+// What hides the sky is itself bright snow.
+float open_sky(float visible) { return visible / (1.0 - 0.6 * (1.0 - visible)); }
+
+vec3 sky_by_normal(vec3 normal) { return sky_light * (0.65 + 0.35 * normal.y); }
+
+// Light from the snow-covered country below.
+vec3 bounce_by_normal(vec3 normal) {
+    return 0.5 * (sun_light * max(to_sun.y, 0.0) + sky_light) * (0.5 - 0.5 * normal.y);
+}
+
+// Film's answer to light: a toe, contrast, and a shoulder that is never quite white.
+vec3 develop(vec3 light) {
+    vec3 x = exposure * max(light, vec3(0.0));
+    return 1.0 - exp(-1.35 * pow(x, vec3(1.18)));
+}
+
+// Of a surface that bright snow stands before.
+float lifted_by_snow(float open) { return open / (1.0 - 0.65 * (1.0 - open)); }
+
+// What comes to the eye through the air between.
+vec3 seen_through_air(vec3 colour, float depth, vec3 ray) {
+    float haze = 1.0 - exp(-depth * length(ray) / haze_distance);
+    vec3 horizon = sky(normalize(vec3(ray.x, 0.0, ray.z) + vec3(1e-6, 0.0, 0.0)));
+    return develop(mix(colour, horizon, haze));
+}

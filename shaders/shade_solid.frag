@@ -1,0 +1,42 @@
+uniform sampler2D depths;
+uniform sampler2D surface;         // normal
+uniform vec3 moved;                // of the body since the start: its pattern goes along [m]
+
+out vec4 out_light;
+
+Matter matter_at(vec3 position, vec3 n, float width) {
+    vec3 size = abs(n);
+    vec3 u = size.y >= max(size.x, size.z) ? vec3(1.0, 0.0, 0.0)
+             : size.x >= size.z            ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
+    vec3 v = size.y >= max(size.x, size.z) ? vec3(0.0, 0.0, 1.0) : vec3(0.0, 1.0, 0.0);
+    vec2 at = vec2(dot(position, u), dot(position, v));
+    return matter_of(at, n, u, v, width);
+}
+
+void main() {
+    ivec2 texel = ivec2(gl_FragCoord.xy);
+    float depth = texelFetch(depths, texel, 0).r;
+    vec3 ray = ray_through(gl_FragCoord.xy);
+    vec3 position = eye + depth * ray, towards = normalize(ray);
+    vec3 face = normalize(texelFetch(surface, texel, 0).xyz * 2.0 - 1.0);
+    float width = depth * sample_tan / sqrt(max(abs(dot(towards, face)), 0.01));
+    Matter m = matter_at(position - moved, face, width);
+
+    vec3 lifted = position + 1.5 * shadow_texel * face;  // or it would lie in its own shade
+    float seen = sun_visibility(lifted, 1.5 * shadow_texel) * spray_transmittance(lifted);
+    float direct = max(dot(m.normal, to_sun), 0.0) * smoothstep(0.0, 0.05, dot(face, to_sun)) * seen;
+    float open = open_to_bodies(position, face);
+    float snow_open = light_at(position + spacing * face).a;
+    open *= open_sky(snow_open);
+    vec3 colour = m.albedo * (sun_light * direct + open * (sky_by_normal(m.normal) + bounce_by_normal(m.normal)));
+
+    if (m.mirror > 0.0) {
+        vec3 mirror_way = reflect(towards, m.normal), half_way = normalize(to_sun - towards);
+        float fresnel = m.mirror + (1.0 - m.mirror) * pow(1.0 - max(dot(-towards, m.normal), 0.0), 5.0) * (1.0 - m.rough);
+        float sharp = 2.0 / (m.rough * m.rough * m.rough * m.rough + 1e-3);
+        float gloss = (sharp + 2.0) / 8.0 * pow(max(dot(half_way, m.normal), 0.0), sharp);
+        colour = colour * (1.0 - fresnel) +
+                 fresnel * (open * mirrored(mirror_way, m.rough) + min(gloss, 12.0) * direct * sun_light);
+    }
+    out_light = vec4(seen_through_air(colour, depth, ray), 1.0);
+}

@@ -1,0 +1,36 @@
+// What grounds and bodies are made of, without pictures: from one tile of noise at several sizes. Each look has a
+// shader of its own, since software that draws takes every branch.
+uniform sampler2D relief;          // slopes and height, in standard deviations
+
+struct Matter {
+    vec3 albedo;
+    vec3 normal;
+    float mirror;                  // share of light that is mirrored straight on
+    float rough;                   // blur of what is mirrored
+};
+
+// Slopes along u and v, and height, of noise whose tile is so wide [m]. What is smaller than a sample fades.
+vec3 noise_at(vec2 at, float tile, float width) {
+    float level = log2(max(width / tile * float(textureSize(relief, 0).x), 1e-6));
+    return 6.0 * textureLod(relief, at / tile, level).xyz - 3.0;
+}
+
+float smooth_edge(float distance_in, float edge, float width) {
+    return clamp((distance_in - edge) / max(width, 1e-6) + 0.5, 0.0, 1.0);
+}
+
+// Distance to the nearest border of the cell that `at` is in, and the cell.
+vec3 cell_at(vec2 at, vec2 size) {
+    vec2 cell = floor(at / size), inside = at - cell * size;
+    vec2 border = min(inside, size - inside);
+    return vec3(min(border.x, border.y), cell);
+}
+
+float hash_at(vec2 cell) { return fract(sin(dot(cell, vec2(12.9898, 78.233))) * 43758.547); }
+
+// The sky in a surface that is not quite smooth; what lies below the horizon is bright snow.
+vec3 mirrored(vec3 direction, float rough) {
+    vec3 up = sky(normalize(direction + vec3(0.0, 0.5 * rough, 0.0)));
+    vec3 even = sky_by_normal(direction) + bounce_by_normal(direction);
+    return mix(mix(0.8 * even, up, smoothstep(-0.15 * rough - 0.02, 0.15 * rough + 0.02, direction.y)), even, 0.6 * rough);
+}

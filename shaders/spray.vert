@@ -1,0 +1,65 @@
+// Powder in the air. Of points, instance 0 is a thin puff, the others are grains in it; of lines, all are grains
+// that go far while the shutter is open. Every particle stands twice in the buffer: for both ends of a line.
+layout(location = 0) in vec3 center;
+layout(location = 1) in vec3 velocity;   // [m/s]
+layout(location = 2) in float amount;    // 0 to 1
+layout(location = 3) in float hash;
+layout(location = 4) in float value;
+uniform float max_point_size;
+uniform float shutter;                   // [s]
+uniform bool lines;
+uniform bool coloured;                   // by a colour map
+uniform sampler2D palette;
+uniform float edge;                      // samples along a pixel's edge
+
+flat out vec4 spray_colour;              // as film shows it, and how much it hides of what is behind
+flat out vec2 half_way;                  // of the streak [samples]
+flat out float spray_radius;             // [samples]
+flat out float spray_size;               // [samples]
+flat out float spray_depth;              // [m]
+flat out float spray_hash;
+flat out int is_puff;
+
+void main() {
+    int grain = gl_InstanceID + int(lines);
+    bool puff = grain == 0;
+    vec3 h = fract(hash * vec3(71.3, 433.1, 191.9) + float(grain) * vec3(0.6180, 0.4142, 0.7321));
+    vec3 at = center + (puff ? vec3(0.0) : 2.4 * spacing * (h - 0.5));
+    float r = spacing * (puff ? 1.9 : 0.07 + 0.16 * h.x * h.y);
+    float opacity = amount * (puff ? 0.19 : 0.85);
+
+    spray_depth = dot(at - eye, basis[2]);
+    float sample_width = max(spray_depth, near_depth) * sample_tan;
+    vec3 ray = (at - eye) / max(spray_depth, near_depth);
+    float radius = r / sample_width, least = 0.55 * edge;
+    if (radius < least) {              // what is smaller than a pixel hides a share of it
+        opacity *= radius * radius / (least * least);
+        radius = least;
+    }
+    opacity *= 1.0 - smoothstep(0.15, 0.35, 2.0 * radius / max_point_size);  // at the lens
+    vec3 way = transpose(basis) * velocity * (0.5 * shutter);
+    vec2 straight = (way.xy - way.z * (transpose(basis) * ray).xy) / sample_width;
+    float length_of_way = length(straight);
+    bool streak = !puff && length_of_way > 2.0 * radius;
+    float longest = puff ? 1.2 * radius : max(0.5 * max_point_size - radius - 1.0, 0.0);
+    half_way = straight * min(1.0, longest / max(length_of_way, 1e-6));
+    opacity *= puff ? radius / (radius + 0.7 * length(half_way)) : radius / (radius + 0.5 * length_of_way);
+    spray_radius = radius;
+    spray_size = 2.0 * (radius + length(half_way)) + 1.0;
+    spray_hash = hash;
+    is_puff = puff ? 1 : 0;
+
+    vec4 light = light_at(at);
+    float seen = texture(shadow_all, shadow_position(at + 1.5 * spacing * to_sun));
+    float forward = max(dot(normalize(ray), to_sun), 0.0);  // ice throws most of the light onwards
+    vec3 sun = sun_light * sqrt(light.rgb) * seen * (0.62 + 1.2 * pow(forward, 6.0));
+    vec3 colour = sun + (0.9 * open_sky(light.a)) * (sky_light + 0.5 * bounce_by_normal(vec3(0.0)));
+
+    if (lines) opacity = min(2.5 * opacity * min(radius, 1.5), 0.9);
+    spray_colour = vec4(seen_through_air(colour, spray_depth, ray), opacity);
+    if (coloured) spray_colour.rgb = pow(textureLod(palette, vec2(value, 0.5), 0.0).rgb, vec3(2.2));
+    bool shown = streak == lines && (!puff || hash < 0.4) && opacity > 0.004 && spray_depth > near_depth;
+    gl_Position = shown ? projection * vec4(at, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
+    if (lines) gl_Position.xy += ((gl_VertexID & 1) == 0 ? -2.0 : 2.0) * straight / samples * gl_Position.w;
+    gl_PointSize = min(spray_size, max_point_size);
+}
