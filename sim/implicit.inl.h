@@ -24,6 +24,7 @@ Convergence solve_implicit(const Particles<Real>& ps, Grid<Real>& grid,
     const double floor = 4 * std::numeric_limits<Real>::epsilon() * std::sqrt(system.dot(v_star, v_star));
     const Convergence c =
         system.solve(dv, b, hessian, solver.linear_solver, {solver.tolerance, floor, solver.max_iterations});
+    system.conserve_momentum(dv);
     dv.for_each([&](std::ptrdiff_t i) {
         for (int a = 0; a < 3; ++a) grid.nodes[i].lanes[a] += dv.at[i][a];
     });

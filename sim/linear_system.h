@@ -3,6 +3,8 @@
 #include "sim/minres.h"
 #include "sim/settings.h"
 
+#include <algorithm>
+
 namespace firn {
 
 /// The linear system of an implicit step,  (M + β Δt² H) u = b  in the directions that contact left free, scaled by
@@ -39,6 +41,28 @@ public:
         };
         const auto product = [&](const NodeField<Real>& a, const NodeField<Real>& c) { return dot(a, c); };
         return method == LinearSolver::minres ? minres(u, b, E, product, stop) : conjugate_residual(u, b, E, product, stop);
+    }
+
+    /// Internal forces make no momentum, but a solve that ends early would leave some, of the tolerance's size:
+    /// takes it from the nodes' changes of velocity, in proportion to their size, along every axis along which
+    /// contact fixed nothing.
+    void conserve_momentum(NodeField<Real>& change) const {
+        using D4 = Pack<double, 4>;
+        D4 momentum(0);
+        double weight = 0;
+        for (std::size_t i = 0; i < m_.size(); ++i) {
+            const NodeVector<Real>& dv = change.at[i];
+            momentum += D4(double(m_[i])) * D4::of(dv[0], dv[1], dv[2], 0);
+            weight += double(m_[i]) * std::sqrt(double((dv * dv)[0] + (dv * dv)[1] + (dv * dv)[2]));
+        }
+        NodeVector<Real> excess(0);
+        for (int a = 0; a < 3 && weight > 0; ++a)
+            if (std::all_of(fixed_.begin(), fixed_.end(), [a](const FixedNode<Real>& f) { return f.free(a, a) == 1; }))
+                excess.lanes[a] = Real(momentum[a] / weight);
+        change.for_each([&](std::ptrdiff_t i) {
+            const NodeVector<Real> squared = change.at[i] * change.at[i];
+            change.at[i] -= NodeVector<Real>(std::sqrt(squared[0] + squared[1] + squared[2])) * excess;
+        });
     }
 
 private:

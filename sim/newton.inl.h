@@ -76,8 +76,10 @@ Convergence solve_newton(const Particles<Real>& ps, Grid<Real>& grid,
         all.history.push_back(float(norm / first));
     }
     all.converged = norm <= goal;
+    v.axpy(-1, v_hat);
+    system.conserve_momentum(v);
     v.for_each([&](std::ptrdiff_t i) {
-        for (int a = 0; a < 3; ++a) grid.nodes[i].lanes[a] = v.at[i][a];
+        for (int a = 0; a < 3; ++a) grid.nodes[i].lanes[a] = v_hat.at[i][a] + v.at[i][a];
     });
     return all;
 }

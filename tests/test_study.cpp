@@ -91,7 +91,7 @@ TEST_CASE("Explicit steps end where theory says, semi-implicit ones beyond", "[s
     CHECK(above > 10);
     for (const Field& f : stability_fields(loaded, start, Integrator::semi_implicit, true))
         if (f.dt < 10 * explicit_limit(f.trial.setup)) {
-            CAPTURE(f.along, f.dt, f.trial.failure);
+            CAPTURE(f.along, f.dt, f.trial.failure, f.trial.energy_made, f.trial.energy_scale, f.trial.rejected, f.trial.unconverged);
             CHECK(f.verdict != Field::Verdict::failed);
         }
 }
