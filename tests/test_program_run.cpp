@@ -22,7 +22,7 @@ TEST_CASE("run writes frames and a record of what was run", "[run]") {
     std::vector<std::string> keys;
     for (const auto& [key, value] : record.items()) keys.push_back(key);
     CHECK(keys == std::vector<std::string>{"program", "version", "scene", "scene_hash", "seed", "threads",
-                                           "machine", "gl_renderer", "particles", "frames"});
+                                           "machine", "gl_renderer", "particles", "body_particles", "frames"});
     CHECK(record["program"] == "firn");
     CHECK(record["version"] == FIRN_VERSION);
     CHECK(record["scene"]["solver"]["beta"] == 1);
@@ -39,7 +39,7 @@ TEST_CASE("run writes frames and a record of what was run", "[run]") {
         for (const auto& [key, value] : frame.items()) frame_keys.push_back(key);
         CHECK(frame_keys == std::vector<std::string>{
                                 "frame", "time", "steps", "dt_min", "dt_max", "solver_iterations",
-                                "simulate_seconds", "render_seconds", "encode_seconds", "kinetic", "elastic",
+                                "unconverged", "rejected", "residuals", "simulate_seconds", "render_seconds", "encode_seconds", "kinetic", "elastic",
                                 "potential", "momentum", "angular_momentum", "mass", "peak_nodes"});
         CHECK(frame["frame"] == k);
         CHECK(frame["time"] == k / 24.0);

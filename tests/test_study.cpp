@@ -11,7 +11,7 @@ namespace {
 
 const std::string elastic_ball =
     "grid_spacing: 0.1\nframes: 1\nfps: 8\ngravity: [0, 0, 0]\n"
-    "solver: {integrator: explicit, transfer: flip, flip_blend: 1, precision: double, initial_volume: sampled}\n"
+    "solver: {integrator: explicit, transfer: flip, flip_blend: 1, precision: double, initial_volume: sampled, max_iterations: 500}\n"
     "materials: {snow: {nu: 0, xi: 0, theta_c: 0.9, theta_s: 1e9}}\n"
     "bodies: [{shape: {box: {center: [0, 0.8, 0], size: [0.4, 0.4, 0.4]}}, sampling: lattice, velocity: [0, -0.01, 0]}]\n";
 
@@ -81,16 +81,16 @@ TEST_CASE("Explicit steps end where theory says, semi-implicit ones beyond", "[s
     int below = 0, above = 0;
     for (const Field& f : stability_fields(loaded, start, Integrator::explicit_euler, true)) {
         const double limit = explicit_limit(f.trial.setup);
-        CAPTURE(f.along, f.dt, limit, f.trial.failure);
+        CAPTURE(f.along, f.dt, limit, f.trial.failure, f.trial.energy_made, f.trial.energy_scale, f.trial.rejected, f.trial.steps);
         // Nodes at a free surface carry less mass than the chain's: the limit is below it by up to two there.
         if (f.dt < 0.5 * limit) { ++below; CHECK(f.verdict != Field::Verdict::failed); }
         // Beyond it the energy grows by a factor each step; it needs some steps to be seen.
-        if (f.dt > 2 * limit && f.trial.steps + f.trial.rejected > 8) { ++above; CHECK(f.verdict == Field::Verdict::failed); }
+        if (f.dt > 2 * limit && 1 / (8 * f.dt) > 8) { ++above; CHECK(f.verdict == Field::Verdict::failed); }
     }
     CHECK(below > 10);
     CHECK(above > 10);
     for (const Field& f : stability_fields(loaded, start, Integrator::semi_implicit, true))
-        if (f.dt < 10 * explicit_limit(f.trial.setup)) {
+        if (f.dt < 4 * explicit_limit(f.trial.setup)) {
             CAPTURE(f.along, f.dt, f.trial.failure, f.trial.energy_made, f.trial.energy_scale, f.trial.rejected, f.trial.unconverged);
             CHECK(f.verdict != Field::Verdict::failed);
         }
