@@ -64,12 +64,12 @@ std::string hex(Color c) {
     std::snprintf(text, sizeof text, "#%02x%02x%02x", c.r, c.g, c.b);
     return text;
 }
-std::string number(double v) {
+std::string hundredths(double v) {
     char text[32];
     std::snprintf(text, sizeof text, "%.6g", std::round(v * 100) / 100);
     return text;
 }
-std::string attribute(const char* name, double v) { return std::string(" ") + name + "=\"" + number(v) + "\""; }
+std::string attribute(const char* name, double v) { return std::string(" ") + name + "=\"" + hundredths(v) + "\""; }
 
 std::string svg(const Drawing::Line& l) {
     return "<line" + attribute("x1", l.x0) + attribute("y1", l.y0) + attribute("x2", l.x1) + attribute("y2", l.y1) +
