@@ -28,7 +28,7 @@ std::string duration(double seconds) {
     return fmt::format("{:.1f} s", seconds);
 }
 
-static std::size_t columns() {
+static std::size_t terminal_columns() {
     winsize size{};
     return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
@@ -58,7 +58,7 @@ std::string Progress::status() const {
 }
 
 void Progress::draw(const std::string& line) {
-    const std::size_t width = columns(), taken = line.size() + 4;
+    const std::size_t width = terminal_columns(), taken = line.size() + 4;
     const std::size_t length = std::clamp<std::size_t>(width > taken ? width - taken : 0, 8, 40);
     const double share = last_ > 0 ? std::clamp(done_ / last_, 0.0, 1.0) : 1;
     const auto full = static_cast<std::size_t>(share * static_cast<double>(length));

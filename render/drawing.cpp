@@ -46,14 +46,14 @@ struct Canvas {
         }
     }
     void paint(const Drawing::Text& t) {
-        struct Corner { float x, y, z; unsigned char color[4]; };
+        struct QuadCorner { float x, y, z; unsigned char color[4]; };
         std::string text = printable(t.text);
-        std::vector<Corner> corners(text.size() * 80 + 4);
+        std::vector<QuadCorner> corners(text.size() * 80 + 4);
         const int quads = stb_easy_font_print(0, 0, text.data(), nullptr, corners.data(),
-                                              static_cast<int>(corners.size() * sizeof(Corner)));
+                                              static_cast<int>(corners.size() * sizeof(QuadCorner)));
         const double scale = t.size / font_line, x = t.x - t.anchor * text_width(t.text, t.size), y = t.y - 7.5 * scale;
         for (int q = 0; q < quads; ++q) {
-            const Corner &a = corners[4 * q], &b = corners[4 * q + 2];
+            const QuadCorner &a = corners[4 * q], &b = corners[4 * q + 2];
             fill(x + scale * a.x, y + scale * a.y, x + scale * b.x, y + scale * b.y, t.color);
         }
     }
