@@ -22,7 +22,9 @@ struct Contact {
 ///   v_n ≥ 0:             nothing, the point is leaving
 ///   ‖v_t‖ ≤ −μ v_n:      v_rel ← 0, the point sticks to the body
 ///   else                 v_rel ← v_t + μ v_n v_t / ‖v_t‖, Coulomb's friction                paper, sec. 8
-Contact collide(const Vec3d& v, const Vec3d& n, const Collider&);
+/// `push`: what forces that v does not hold yet would add to it [m/s]. Where they press the point into the body,
+/// v_n counts them.
+Contact collide(const Vec3d& v, const Vec3d& n, const Collider&, const Vec3d& push = {0, 0, 0});
 
 /// What all colliders together did to a velocity.
 struct Collided {
@@ -32,6 +34,7 @@ struct Collided {
 };
 
 /// All colliders in their order, at the point x and the time t [s].
-Collided collide(const Vec3d& x, const Vec3d& v, const std::vector<Collider>&, double t);
+Collided collide(const Vec3d& x, const Vec3d& v, const std::vector<Collider>&, double t,
+                 const Vec3d& push = {0, 0, 0});
 
 }  // namespace firn

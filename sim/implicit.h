@@ -12,9 +12,10 @@ template <Weights kind, class Real>
 Convergence solve_implicit(const Particles<Real>&, Grid<Real>&, const std::vector<SnowModel<Real>>& materials,
                            const std::vector<FixedNode<Real>>& fixed, double dt, const Solver&);
 
-/// In place of step 6: vⁿ⁺¹ minimises ½ ‖v − v̂‖²_M + Φ(x + Δt v), with v̂ = v* − Δt M⁻¹ f(x).
+/// In place of step 6: vⁿ⁺¹ minimises ½ ‖v − v̂‖²_M + Φ(x + Δt v) with v̂ = v + Δt g, after contact where it fixed
+/// something; `fall` is Δt g.
 template <Weights kind, class Real>
 Convergence solve_newton(const Particles<Real>&, Grid<Real>&, const std::vector<SnowModel<Real>>& materials,
-                         const std::vector<FixedNode<Real>>& fixed, double dt, const Solver&);
+                         const std::vector<FixedNode<Real>>& fixed, const Vec3d& fall, double dt, const Solver&);
 
 }  // namespace firn

@@ -55,11 +55,13 @@ bool Method<Real, kind, transfer>::take_step(double dt, StepReport& report) {
                                                                     //  2  V_p⁰ = m_p / ρ_p, once: in the constructor
                                                                     //  3  f_i = −Σ_p V_p⁰ P F_Eᵀ ∇w_ip
     accelerate(grid_, Real(dt), g);                                 //  4  v* = v + Δt (f / m + g)
-    const auto fixed = collide_nodes(grid_, setup_.colliders, t_);  //  5  v* against the bodies
+    const bool newton = solver.integrator == Integrator::newton;
+    const auto fall = newton ? std::optional<Vec3d>(dt * setup_.gravity) : std::nullopt;
+    const auto fixed = collide_nodes(grid_, setup_.colliders, t_, fall);  //  5  v* against the bodies
     if (solver.integrator == Integrator::semi_implicit)             //  6  (M + β Δt² ∂²Φ/∂x²) vⁿ⁺¹ = M v*
         report.add(solve_implicit<kind>(ps_, grid_, materials_, fixed, dt, solver));
-    if (solver.integrator == Integrator::newton) {                  //     or the minimum of ½‖v − v̂‖² + Φ(x + Δt v)
-        report.add(solve_newton<kind>(ps_, grid_, materials_, fixed, dt, solver));
+    if (newton) {                                                   //     or the minimum of ½‖v − v̂‖² + Φ(x + Δt v)
+        report.add(solve_newton<kind>(ps_, grid_, materials_, fixed, *fall, dt, solver));
         collide_nodes(grid_, setup_.colliders, t_);
     }
     offenders_ = inverted<kind>(ps_, grid_, Real(dt));

@@ -9,7 +9,7 @@ namespace firn {
 
 // The fully implicit step (Gast, Schroeder, Stomakhin, Jiang, Teran 2015): vⁿ⁺¹ minimises
 //
-//   Π(v) = ½ ‖v − v̂‖²_M + Φ(x + Δt v),      ∂Π/∂v = M (v − v̂) − Δt f(x + Δt v),      v̂ = v* − Δt M⁻¹ f(x)
+//   Π(v) = ½ ‖v − v̂‖²_M + Φ(x + Δt v),      ∂Π/∂v = M (v − v̂) − Δt f(x + Δt v),      v̂ = v + Δt g
 //
 // over what contact left free, with μ, λ frozen at Δt's start as in the semi-implicit step. (From v = 0, one step of
 // Newton's method without projection and line search is the paper's step 6 with β = 1.) Per-particle Hessians
@@ -18,7 +18,8 @@ namespace firn {
 template <Weights kind, class Real>
 Convergence solve_newton(const Particles<Real>& ps, Grid<Real>& grid,
                          const std::vector<SnowModel<Real>>& materials,
-                         const std::vector<FixedNode<Real>>& fixed, double dt, const Solver& solver) {
+                         const std::vector<FixedNode<Real>>& fixed, const Vec3d& fall, double dt,
+                         const Solver& solver) {
     using N4 = NodeVector<Real>;
     constexpr int most_steps = 30, most_halvings = 12;
     const Elements<Real, kind> elements(ps, grid, materials);
@@ -26,12 +27,13 @@ Convergence solve_newton(const Particles<Real>& ps, Grid<Real>& grid,
     Potential<Real, kind> phi(elements);
     const std::vector<Real>& m = system.masses();
 
-    NodeField<Real> v = velocities(grid), f, r(grid.size()), trial, difference(grid.size());
-    phi.move(NodeField<Real>(grid.size()), dt, f);
-    project(fixed, f);
+    NodeField<Real> v(grid.size()), f, r(grid.size()), trial, difference(grid.size());
     v.for_each([&](std::ptrdiff_t i) {
-        if (m[i] > 0) v.at[i] -= N4(Real(dt) / m[i]) * f.at[i];
+        const Node<Real>& node = grid.nodes[i];
+        if (m[i] > 0) v.at[i] = N4::of(node[4] + fall(0), node[5] + fall(1), node[6] + fall(2), 0);
     });
+    for (const FixedNode<Real>& c : fixed)
+        for (int a = 0; a < 3; ++a) v.at[c.node].lanes[a] = grid.nodes[c.node][a];
     const NodeField<Real> v_hat = v;
 
     // Π, and r ← D⁻¹ (−∂Π/∂v) in the free directions.

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 #include <limits>
+#include <optional>
 
 namespace firn {
 
@@ -32,9 +33,12 @@ inline bool near(const std::vector<Collider>& colliders, const Vec3d& x, double 
                        [&](const Collider& c) { return signed_distance(c, x, t) <= radius; });
 }
 
-/// Step 5: v* of the nodes against the bodies. Returns the nodes where contact fixed something.
+/// Step 5: v* of the nodes against the bodies. Returns the nodes where contact fixed something. With `fall`, Δt g, what
+/// meets the bodies is v + Δt g, and friction sees how the forces in v* press it there: in a long step their tangential
+/// part is no motion that a body could feel.
 template <class Real>
-std::vector<FixedNode<Real>> collide_nodes(Grid<Real>& grid, const std::vector<Collider>& colliders, double t) {
+std::vector<FixedNode<Real>> collide_nodes(Grid<Real>& grid, const std::vector<Collider>& colliders, double t,
+                                           const std::optional<Vec3d>& fall = {}) {
     std::vector<FixedNode<Real>> fixed;
     if (colliders.empty()) return fixed;
     const double h = grid.h;
@@ -46,7 +50,9 @@ std::vector<FixedNode<Real>> collide_nodes(Grid<Real>& grid, const std::vector<C
             Node<Real>& node = grid.nodes[i];
             if (!(node[3] > 0)) continue;
             const Vec3d x = grid.position(b, std::countr_zero(left));
-            const Collided c = collide(x, Vec3d(node[0], node[1], node[2]), colliders, t);
+            Vec3d v(node[0], node[1], node[2]), push(0, 0, 0);
+            if (fall) push = v, v = Vec3d(node[4], node[5], node[6]) + *fall, push -= v;
+            const Collided c = collide(x, v, colliders, t, push);
             if (!c.touched) continue;
             for (int a = 0; a < 3; ++a) node.lanes[a] = Real(c.v(a));
             fixed.push_back({i, c.free.template cast<Real>()});

@@ -71,3 +71,15 @@ TEST_CASE("contact never adds energy in the body's frame", "[collision]") {
         REQUIRE((collide(v, normal, c).v - c.velocity).dot(normal) >= -1e-12);
     }
 }
+
+TEST_CASE("forces that press count for friction, and do not move the point", "[collision]") {
+    const Vec3d up(0, 1, 0);
+    const Collider c = ground(0.5);
+    // μ (0.1 + 2) = 1.05 of 3 along the ground is lost; what the push has along it is not seen.
+    const Contact pressed = collide(Vec3d(3, -0.1, 0), up, c, Vec3d(-50, -2, 7));
+    CHECK((pressed.v - Vec3d(3 - 1.05, 0, 0)).norm() < 1e-14);
+    CHECK(pressed.fixes == Contact::Fixes::normal);
+    CHECK(collide(Vec3d(1, 0.1, 0), up, c, Vec3d(0, -5, 0)).fixes == Contact::Fixes::everything);
+    CHECK(collide(Vec3d(1, 0.1, 0), up, c, Vec3d(0, 5, 0)).fixes == Contact::Fixes::nothing);
+    CHECK((collide(Vec3d(3, -1, 0), up, c, Vec3d(0, 5, 0)).v - collide(Vec3d(3, -1, 0), up, c).v).norm() == 0);
+}
