@@ -1,0 +1,160 @@
+#include "render/compare.h"
+#include "tests/small_pictures.h"
+
+using namespace firn;
+
+TEST_CASE("a shadow falls away from the sun", "[renderer]") {
+    const std::vector<float> particles = ball({0, 0.3, 0}, 0.3);
+    for (const double azimuth : {0.0, 180.0}) {
+        Picture picture = small_picture();
+        picture.sun_azimuth = azimuth;
+        const auto renderer = renderer_for(picture);
+        if (!renderer) return;
+        const Image image = renderer->draw({particles, {}, spacing}, ground, front, 0);
+        // The shadow's middle is h/tan(32°) from the point under the ball's.
+        const auto pixel = [&](double x) {
+            return pixel_of({x, 0, 0}, Camera{{0, 0.6, 2.4}, {0, 0.6, 0}, 40}, image);
+        };
+        const double shift = pixel_of({0, 0.3, 0}, Camera{{0, 0.6, 2.4}, {0, 0.6, 0}, 40}, image)[1] - 45;
+        const double side = azimuth == 0 ? -1 : 1;
+        const auto shaded = pixel(side * 0.45), lit = pixel(-side * 0.45);
+        CAPTURE(azimuth, shaded[0], lit[0], shaded[1] - shift);
+        CHECK(brightness(image, int(shaded[0]), int(shaded[1] - shift)) + 25 <
+              brightness(image, int(lit[0]), int(lit[1] - shift)));
+    }
+}
+
+TEST_CASE("snow is bright towards the sun, darker and bluer away from it, and never burnt", "[renderer]") {
+    const auto renderer = renderer_for(small_picture(Quality::preview));
+    if (!renderer) return;
+    const std::vector<float> particles = ball({0, 0, 0}, 0.4);
+    const Image image = renderer->draw({particles, {}, spacing}, {}, {{0, 0, 2}, {0, 0, 0}, 40}, 0);
+    const double lit = brightness(image, 62, 35),
+                 shaded = brightness(image, 98, 55);  // the sun is on the left
+    CHECK(lit > 200);
+    CHECK(lit < 252);
+    CHECK(shaded < lit - 30);
+    CHECK(shaded > 90);
+    const std::size_t p = 3 * (55 * 160 + 98);
+    CHECK(image.pixels[p + 2] > image.pixels[p] + 5);
+}
+
+TEST_CASE("exposure goes from black to white", "[renderer]") {
+    double before = -1;
+    for (const double exposure : {0.0, 0.25, 1.0, 4.0, 1000.0}) {
+        Picture picture = small_picture();
+        picture.exposure = exposure;
+        const auto renderer = renderer_for(picture);
+        if (!renderer) return;
+        const double now = brightness(renderer->draw({}, ground, front, 0), 80, 80);
+        CAPTURE(exposure);
+        CHECK(now > before);
+        before = now;
+        if (exposure == 0) CHECK(now <= 1);
+    }
+    CHECK(before == 255);
+}
+
+TEST_CASE("what lies deep inside snow does not show, whatever its colour", "[renderer]") {
+    for (const Quality quality : {Quality::draft, Quality::final}) {
+        Picture picture = small_picture(quality);
+        picture.colour = Colour::speed;
+        const auto renderer = renderer_for(picture);
+        if (!renderer) return;
+        const std::vector<float> particles = ball({0, 0.4, 0}, 0.4);
+        std::vector<float> plain(particles.size() / 3, 0.5f), core = plain;
+        std::size_t changed = 0;
+        for (std::size_t p = 0; p < core.size(); ++p) {
+            const Vec3d from_center(particles[3 * p], particles[3 * p + 1] - 0.4f, particles[3 * p + 2]);
+            if (from_center.norm() < 0.4 - 10 * spacing) core[p] = 1, ++changed;  // five cells deep
+        }
+        REQUIRE(changed > core.size() / 10);
+        CHECK(renderer->draw({particles, {}, spacing, plain}, ground, front, 0).pixels ==
+              renderer->draw({particles, {}, spacing, core}, ground, front, 0).pixels);
+        plain.assign(plain.size(), 1.0f);
+        CHECK(renderer->draw({particles, {}, spacing, plain}, ground, front, 0).pixels !=
+              renderer->draw({particles, {}, spacing, core}, ground, front, 0).pixels);
+    }
+}
+
+TEST_CASE("a slice cuts away what its normal points to, and shows the inside", "[renderer]") {
+    Picture picture = small_picture();
+    picture.colour = Colour::speed;
+    const auto whole = renderer_for(picture);
+    if (!whole) return;
+    picture.slice = Plane{{0, 0, 0}, {0, 0, 1}};
+    Renderer sliced(picture);
+    const std::vector<float> particles = ball({0, 0.4, 0}, 0.4);
+    std::vector<float> values(particles.size() / 3, 0.0f);
+    for (std::size_t p = 0; p < values.size(); ++p)
+        values[p] = Vec3d(particles[3 * p], particles[3 * p + 1] - 0.4f, particles[3 * p + 2]).norm() < 0.2;
+    const Camera camera{{0, 0.4, 2.4}, {0, 0.4, 0}, 40};
+    const ParticleView view{particles, {}, spacing, values};
+    const auto yellow = [](const Image& image) {  // the upper end of viridis; its lower end is violet
+        const std::size_t p = 3 * (45 * 160 + 80);
+        return image.pixels[p] > 100 && image.pixels[p + 1] > 100 && image.pixels[p + 2] < 90;
+    };
+    CHECK_FALSE(yellow(whole->draw(view, {}, camera, 0)));
+    CHECK(yellow(sliced.draw(view, {}, camera, 0)));
+}
+
+TEST_CASE("glass shows what is behind it, concrete does not", "[renderer]") {
+    const auto renderer = renderer_for(small_picture());
+    if (!renderer) return;
+    const std::vector<float> particles = ball({0, 0.3, -1}, 0.2);
+    Solid plate{{Box{{0, 0.5, 0}, {2, 2, 0.02}}}};
+    const auto changed = [&](Look look) {
+        plate.look = look;
+        return difference_of(renderer->draw({particles, {}, spacing}, {plate}, front, 0),
+                             renderer->draw({}, {plate}, front, 0))
+            .pixels;
+    };
+    CHECK(changed(Look::concrete) == 0);
+    CHECK(changed(Look::glass) > 100);
+}
+
+TEST_CASE("each look is drawn, and none like another", "[renderer]") {
+    const auto renderer = renderer_for(small_picture());
+    if (!renderer) return;
+    std::vector<std::vector<std::uint8_t>> pictures;
+    for (const Look look : {Look::snow, Look::ice, Look::soil, Look::wood, Look::tiles, Look::concrete,
+                            Look::metal, Look::glass}) {
+        Solid plane{{Plane{}}}, box{{Box{{0, 0.3, 0}, {0.4, 0.6, 0.4}}}};
+        plane.look = look == Look::glass ? Look::automatic : look, box.look = look;
+        pictures.push_back(renderer->draw({}, {plane, box}, front, 0).pixels);
+        for (std::size_t other = 0; other + 1 < pictures.size(); ++other)
+            CHECK(pictures[other] != pictures.back());
+    }
+}
+
+TEST_CASE("spray is drawn along its way while the shutter is open", "[renderer]") {
+    Picture picture = small_picture(Quality::preview);
+    picture.shutter = 0.05;
+    const auto renderer = renderer_for(picture);
+    if (!renderer) return;
+    const std::vector<float> one = {0, 0.3f, 0}, fast = {8, 0, 0}, still = {0, 0, 0};
+    const auto width = [&](const std::vector<float>& velocity) {
+        const Image empty = renderer->draw({}, {}, front, 0);
+        const Image image = renderer->draw({one, velocity, 0.1f}, {}, front, 0);
+        int left = 160, right = 0;
+        for (int y = 0; y < 90; ++y)
+            for (int x = 0; x < 160; ++x)
+                if (std::abs(brightness(image, x, y) - brightness(empty, x, y)) > 1)
+                    left = std::min(left, x), right = std::max(right, x);
+        return right - left;
+    };
+    CHECK(width(fast) > 1.5 * width(still));
+}
+
+TEST_CASE("preview is final with less care", "[renderer]") {
+    const auto preview = renderer_for(small_picture(Quality::preview));
+    if (!preview) return;
+    const std::vector<float> particles = ball({0, 0.3, 0}, 0.3);
+    const ParticleView view{particles, {}, spacing};
+    const Image quick = preview->draw(view, ground, front, 0);
+    const Image careful = Renderer(small_picture(Quality::final)).draw(view, ground, front, 0);
+    const ImageDifference difference = compare_images(quick, careful, 0.1);
+    CAPTURE(difference.psnr, difference.share_above);
+    CHECK(difference.psnr > 25);
+    CHECK(difference.share_above < 0.05);
+}
