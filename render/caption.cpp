@@ -12,7 +12,6 @@ namespace {
 
 using Rgb = std::array<std::uint8_t, 3>;
 constexpr Rgb white{245, 246, 248}, dark{24, 28, 34};
-constexpr int advance = glyph_width + 1;
 
 int scale_of(const Image& image) { return std::max(1, std::min(image.height / 300, image.width / 400)); }
 
@@ -23,15 +22,10 @@ void fill(Image& image, int left, int top, int width, int height, const Rgb& col
 }
 
 void write(Image& image, int left, int top, int scale, const std::string& text, const Rgb& colour) {
-    for (std::size_t i = 0; i < text.size(); ++i) {
-        const auto code = static_cast<unsigned char>(text[i]);
-        if (code < 32 || code > 126) continue;
-        for (int row = 0; row < glyph_height; ++row)
-            for (int column = 0; column < glyph_width; ++column)
-                if (glyphs[code - 32][row] >> (glyph_width - 1 - column) & 1)
-                    fill(image, left + scale * (int(i) * advance + column), top + scale * row, scale, scale,
-                         colour);
-    }
+    for (std::size_t i = 0; i < text.size(); ++i)
+        for_each_dot(text[i], [&](int column, int row) {
+            fill(image, left + scale * (int(i) * glyph_advance + column), top + scale * row, scale, scale, colour);
+        });
 }
 
 /// White with a dark rim: legible on snow and on shade.
@@ -64,10 +58,10 @@ void draw_legend(Image& image, Colour colour, const ColourRange& range) {
     for (int step = 0; step <= 4; ++step) {
         const std::string text = number(range.low + 0.25 * step * (range.high - range.low));
         const int y = top + height - step * height / 4 - scale * glyph_height / 2;
-        write_rimmed(image, left - scale * (4 + int(text.size()) * advance), y, scale, text);
+        write_rimmed(image, left - scale * (4 + int(text.size()) * glyph_advance), y, scale, text);
     }
     const std::string title = colour_title(colour);
-    write_rimmed(image, image.width - scale * (6 + int(title.size()) * advance),
+    write_rimmed(image, image.width - scale * (6 + int(title.size()) * glyph_advance),
                  top - scale * (glyph_height + 12), scale, title);
 }
 

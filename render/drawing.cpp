@@ -1,20 +1,17 @@
 #include "render/drawing.h"
 
+#include "render/font.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wunused-function"
-#include <stb_easy_font.h>
-#pragma GCC diagnostic pop
 
 namespace firn {
 
 namespace {
 
 constexpr int fine = 3;                 // samples along each axis of a pixel
-constexpr double font_line = 11;        // what stb_easy_font calls a line [its pixels]
+constexpr double font_line = 11;        // height of a line [dots of the font]
 constexpr double dash = 5;              // [pixels]
 
 /// ASCII, since the font has nothing else.
@@ -46,16 +43,13 @@ struct Canvas {
         }
     }
     void paint(const Drawing::Text& t) {
-        struct QuadCorner { float x, y, z; unsigned char color[4]; };
-        std::string text = printable(t.text);
-        std::vector<QuadCorner> corners(text.size() * 80 + 4);
-        const int quads = stb_easy_font_print(0, 0, text.data(), nullptr, corners.data(),
-                                              static_cast<int>(corners.size() * sizeof(QuadCorner)));
-        const double scale = t.size / font_line, x = t.x - t.anchor * text_width(t.text, t.size), y = t.y - 7.5 * scale;
-        for (int q = 0; q < quads; ++q) {
-            const QuadCorner &a = corners[4 * q], &b = corners[4 * q + 2];
-            fill(x + scale * a.x, y + scale * a.y, x + scale * b.x, y + scale * b.y, t.color);
-        }
+        const double dot = t.size / font_line, x = t.x - t.anchor * text_width(t.text, t.size), y = t.y - glyph_height * dot;
+        const std::string text = printable(t.text);
+        for (std::size_t i = 0; i < text.size(); ++i)
+            for_each_dot(text[i], [&](int column, int row) {
+                const double left = x + dot * (int(i) * glyph_advance + column), top = y + dot * row;
+                fill(left, top, left + dot, top + dot, t.color);
+            });
     }
 };
 
@@ -92,8 +86,7 @@ std::string svg(const Drawing::Text& t) {
 }  // namespace
 
 double text_width(const std::string& text, double size) {
-    std::string copy = printable(text);
-    return stb_easy_font_width(copy.data()) * size / font_line;
+    return static_cast<double>(text.size()) * glyph_advance * size / font_line;
 }
 
 void Drawing::add(const Drawing& other, double x, double y) {

@@ -3,7 +3,7 @@
 
 namespace firn {
 
-inline constexpr int glyph_width = 5, glyph_height = 7;
+inline constexpr int glyph_width = 5, glyph_height = 7, glyph_advance = glyph_width + 1;  ///< [dots]
 
 /// Rows of the glyphs of ASCII 32 to 126 from above; of each row five bits, the highest on the left.
 inline constexpr std::uint8_t glyphs[95][glyph_height] = {
@@ -36,5 +36,14 @@ inline constexpr std::uint8_t glyphs[95][glyph_height] = {
     {0, 0, 17, 17, 17, 17, 15}, {0, 0, 17, 17, 17, 10, 4}, {0, 0, 17, 17, 21, 21, 10},
     {0, 0, 17, 10, 4, 10, 17}, {0, 0, 17, 17, 15, 1, 14}, {0, 0, 31, 2, 4, 8, 31}, {0, 0, 0, 0, 0, 0, 0},
     {0, 0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0, 0}};
+
+/// Calls f(column, row) for every dot of an ASCII character, counted from its upper left corner; of others there are none.
+template <class F> void for_each_dot(char c, F&& f) {
+    const auto code = static_cast<unsigned char>(c);
+    if (code < 32 || code > 126) return;
+    for (int row = 0; row < glyph_height; ++row)
+        for (int column = 0; column < glyph_width; ++column)
+            if ((glyphs[code - 32][row] >> (glyph_width - 1 - column) & 1) != 0) f(column, row);
+}
 
 }  // namespace firn
