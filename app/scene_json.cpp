@@ -20,11 +20,7 @@ static Json written(const std::optional<double>& value) { return value ? Json(*v
 static Json written(const Shape&);
 
 template <class E> requires std::is_enum_v<E>
-static Json written(E value) {
-    for (const auto& choice : choices(value))
-        if (choice.value == value) return choice.name;
-    return nullptr;
-}
+static Json written(E value) { return name_of(value); }
 
 template <class T> requires std::is_class_v<T>
 static Json written(const T& object);

@@ -81,6 +81,13 @@ inline constexpr auto choices(Look) {
                       Choice<Look>{"glass", Look::glass}};
 }
 
+/// The word that stands for the value in a scene.
+template <class E> requires std::is_enum_v<E> constexpr const char* name_of(E value) {
+    for (const auto& choice : choices(value))
+        if (choice.value == value) return choice.name;
+    return "";
+}
+
 /// Where a shape stands decides which kinds it may be of.
 enum class ShapeUse {
     solid,      ///< is filled with snow: bounded.

@@ -90,12 +90,8 @@ struct SchemaWriter {
     }
     template <class E> requires std::is_enum_v<E> Json schema_of(const Key& k, E& v) {
         Json names = Json::array();
-        const char* name = "";
-        for (const auto& choice : choices(v)) {
-            names.push_back(choice.name);
-            if (choice.value == v) name = choice.name;
-        }
-        return with_default({{"enum", names}}, k, name);
+        for (const auto& choice : choices(v)) names.push_back(choice.name);
+        return with_default({{"enum", names}}, k, name_of(v));
     }
     Json schema_of(const Key&, Shape&, ShapeUse use) { return reference(definition(use, form)); }
     template <class T>

@@ -12,11 +12,6 @@ constexpr double dt_factors[] = {4, 2, 1, 0.5, 0.25};
 constexpr double reference_factor = 1.0 / 16;
 constexpr double tolerance_factors[] = {100, 10, 0.1, 0.01, 0.001};
 
-template <class E> static std::string name_of(E value) {
-    for (const auto& choice : choices(value)) if (choice.value == value) return choice.name;
-    return "";
-}
-
 static std::string dt_text(double dt) { return fmt::format("{:.3g}", dt); }
 
 using Trials = std::vector<Trial>;

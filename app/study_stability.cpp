@@ -79,15 +79,10 @@ std::vector<Field> stability_fields(const LoadedScene& loaded, const ParticleSet
     return all;
 }
 
-static std::string name_of(Verdict v) { return v == Verdict::stable ? "stable" : v == Verdict::lossy ? "lossy" : "failed"; }
+static const char* verdict_name(Verdict v) { return v == Verdict::stable ? "stable" : v == Verdict::lossy ? "lossy" : "failed"; }
 static Color color_of(Verdict v) {
     return v == Verdict::stable ? Color{178, 216, 178} : v == Verdict::lossy ? Color{250, 225, 150} : Color{232, 160, 150};
 }
-static std::string name_of(Integrator integrator) {
-    for (const auto& choice : choices(integrator)) if (choice.value == integrator) return choice.name;
-    return "";
-}
-
 // Half the distance to the neighbours in the sweep, as a factor.
 static double half_step(const std::vector<Field>& fields) {
     double next = 1e300, least = 1e300;
@@ -98,7 +93,7 @@ static double half_step(const std::vector<Field>& fields) {
 
 static Chart map_of(const std::vector<Field>& fields, const LoadedScene& loaded, bool stiffness) {
     Chart chart;
-    chart.title = name_of(fields.front().trial.setup.solver.integrator) + ": " + loaded.scene.title;
+    chart.title = std::string(name_of(fields.front().trial.setup.solver.integrator)) + ": " + loaded.scene.title;
     chart.x_label = stiffness ? "Young's modulus E [Pa]" : "speed at the start [m/s]";
     chart.y_label = "dt [s]";
     chart.width = 600;
@@ -122,7 +117,7 @@ static Chart map_of(const std::vector<Field>& fields, const LoadedScene& loaded,
     }
     chart.series = {sound, flow};
     for (const auto v : {Verdict::stable, Verdict::lossy, Verdict::failed})
-        chart.legend.push_back({name_of(v), {}, color_of(v), false});
+        chart.legend.push_back({verdict_name(v), {}, color_of(v), false});
     return chart;
 }
 
@@ -133,7 +128,7 @@ static std::string csv_of(const std::vector<std::vector<Field>>& maps, const cha
             const Trial& t = f.trial;
             const double scale = std::max(t.energy_scale, 1e-300);
             text += fmt::format("{},{},{:.6g},{:.6g},{:.6g},{},{},{},{:.6g},{:.6g}\n", name_of(t.setup.solver.integrator), along,
-                                f.along, f.dt, explicit_limit(t.setup), name_of(f.verdict), t.steps, t.rejected,
+                                f.along, f.dt, explicit_limit(t.setup), verdict_name(f.verdict), t.steps, t.rejected,
                                 t.energy / scale, t.energy_made / scale);
         }
     return text;
