@@ -35,7 +35,10 @@ std::size_t bytes_per_particle(const Solver& s) {
 
 std::size_t bytes_per_node(const Solver& s) {
     const std::size_t real = s.precision == Precision::single ? 4 : 8;
-    return real * (s.integrator == Integrator::explicit_euler ? 8 : 8 + 4 * 12);
+    // A node is linked to from up to 343/64 blocks under cubic weights, 216/64 under quadratic ones.
+    const std::size_t links = sizeof(Link) * (s.weights == Weights::cubic ? 6 : 4);
+    const std::size_t fields = s.integrator == Integrator::explicit_euler ? 0 : s.integrator == Integrator::newton ? 13 : 9;
+    return real * (8 + 4 * fields + (fields > 0 ? 2 : 0)) + links;      // node, fields of the solve, m and D
 }
 
 std::size_t count_nodes(const ParticleSet& particles, double h, Weights weights) {
