@@ -4,6 +4,7 @@
 #include "sim/settings.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace firn {
 
@@ -21,8 +22,10 @@ public:
             D_[i] = m_[i] + Real(factor) * stiffness.at[i][0];
         });
     }
-    const std::vector<Real>& masses() const { return m_; }
+    const std::vector<Real>& masses() const { return m_; }                           ///< [kg]
     double dot(const NodeField<Real>& a, const NodeField<Real>& b) const { return weighted_dot(D_, a, b); }
+
+    double weight() const { return std::accumulate(D_.begin(), D_.end(), 0.0); }    ///< Σ D_i [kg]
 
     /// b ← D⁻¹ b, free directions only.
     void scale(NodeField<Real>& b) const {

@@ -49,11 +49,9 @@ Convergence solve_newton(const Particles<Real>& ps, Grid<Real>& grid,
     double energy = evaluate(v), norm = std::sqrt(system.dot(r, r));
 
     // Velocities and deformations are known to their last digit, and no residual can be better than that.
-    NodeField<Real> unit(grid.size());
-    unit.for_each([&](std::ptrdiff_t i) { unit.at[i] = N4::of(1, 0, 0, 0); });
     const double round_off = std::numeric_limits<Real>::epsilon();
     const double floor =
-        4 * round_off * (std::sqrt(system.dot(v, v)) + grid.h / dt * std::sqrt(system.dot(unit, unit)));
+        4 * round_off * (std::sqrt(system.dot(v, v)) + grid.h / dt * std::sqrt(system.weight()));
     const double first = norm, goal = std::max(solver.tolerance * first, floor);
     Convergence all;
     all.history = {1};

@@ -83,6 +83,18 @@ template <Weights kind> struct Lump {
     }
 };
 
+/// With forces at its nodes, and their derivatives.
+template <Weights kind> struct StiffLump : Lump<kind> {
+    Elements<double, kind> elements;
+    Hessian<double, kind> hessian;
+    StiffLump() : Lump<kind>(with_forces()), elements(this->ps, this->grid, this->materials), hessian(elements) {}
+    static Lump<kind> with_forces() {
+        Lump<kind> lump;
+        rasterize_with_forces<kind, Transfer::flip>(lump.ps, lump.grid);
+        return lump;
+    }
+};
+
 double dot(const NodeField<double>& a, const NodeField<double>& b) {
     double sum = 0;
     for (std::size_t i = 0; i < a.at.size(); ++i) for (int c = 0; c < 3; ++c) sum += a.at[i][c] * b.at[i][c];
@@ -118,11 +130,9 @@ template <Weights kind, Transfer transfer> void check_conservation() {
 }
 
 template <Weights kind> void check_derivatives() {
-    Lump<kind> lump;
-    rasterize_with_forces<kind, Transfer::flip>(lump.ps, lump.grid);
+    const StiffLump<kind> lump;
+    const Hessian<double, kind>& hessian = lump.hessian;
     RandomInput random;
-    const Elements<double, kind> elements(lump.ps, lump.grid, lump.materials);
-    const Hessian<double, kind> hessian(elements);
     const std::vector<std::size_t> active = lump.active();
     for (int n = 0; n < 30; ++n) {
         const std::size_t i = active[random.bits() % active.size()];
@@ -152,11 +162,9 @@ template <Weights kind> void check_derivatives() {
 /// (3) and (4): Φ does not see translations, so that H (1, 1, …) = 0 and, H being symmetric, force differentials
 /// sum to zero; nor turns, so that to first order the forces turn along: H (ω × x_i) = −ω × f_i.
 template <Weights kind> void check_invariance() {
-    Lump<kind> lump;
-    rasterize_with_forces<kind, Transfer::flip>(lump.ps, lump.grid);
+    const StiffLump<kind> lump;
+    const Hessian<double, kind>& hessian = lump.hessian;
     RandomInput random;
-    const Elements<double, kind> elements(lump.ps, lump.grid, lump.materials);
-    const Hessian<double, kind> hessian(elements);
     const Vec3d a = random.vector(), omega = random.vector();
     NodeField<double> shift = lump.still(), turn = shift;
     for (const std::size_t i : lump.active()) {
