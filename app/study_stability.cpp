@@ -18,7 +18,7 @@ constexpr int coarsest = 2, finest = 9;
 constexpr double stiffness_factors[] = {1e-3, 1e-2, 1e-1, 1, 1e1, 1e2, 1e3};
 constexpr double speed_factors[] = {0.1, 0.32, 1, 3.2, 10, 32};
 
-constexpr double made_too_much = 0.5;       // energy made, in scales: a failure. Stable steps swing by about ω Δt/2.
+constexpr double made_too_much = 0.1;       // energy made, in scales: a failure. Stable steps swing by about ω Δt/2.
 constexpr double lost_too_much = 0.1;       // energy lost beyond what the smallest Δt loses, in scales
 
 double explicit_limit(const Setup& setup) {
