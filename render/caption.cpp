@@ -1,6 +1,6 @@
 #include "render/caption.h"
 
-#include "render/font.h"
+#include "render/text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,10 +22,9 @@ void fill(Image& image, int left, int top, int width, int height, const Rgb& col
 }
 
 void write(Image& image, int left, int top, int scale, const std::string& text, const Rgb& colour) {
-    for (std::size_t i = 0; i < text.size(); ++i)
-        for_each_dot(text[i], [&](int column, int row) {
-            fill(image, left + scale * (int(i) * glyph_advance + column), top + scale * row, scale, scale, colour);
-        });
+    for_each_box(text, [&](double x0, double y0, double x1, double y1) {
+        fill(image, left + scale * int(x0), top + scale * int(y0), scale * int(x1 - x0), scale * int(y1 - y0), colour);
+    });
 }
 
 /// White with a dark rim: legible on snow and on shade.
@@ -46,7 +45,7 @@ std::string number(double value) {
 void draw_text(Image& image, const std::vector<std::string>& lines) {
     const int scale = scale_of(image);
     for (std::size_t i = 0; i < lines.size(); ++i)
-        write_rimmed(image, 6 * scale, scale * (6 + int(i) * (glyph_height + 4)), scale, lines[i]);
+        write_rimmed(image, 6 * scale, scale * (6 + int(i) * int(text_line)), scale, lines[i]);
 }
 
 void draw_legend(Image& image, Colour colour, const ColourRange& range) {
@@ -57,12 +56,12 @@ void draw_legend(Image& image, Colour colour, const ColourRange& range) {
         fill(image, left, top + y, width, 1, mapped_colour(colour, 1 - (y + 0.5) / height));
     for (int step = 0; step <= 4; ++step) {
         const std::string text = number(range.low + 0.25 * step * (range.high - range.low));
-        const int y = top + height - step * height / 4 - scale * glyph_height / 2;
-        write_rimmed(image, left - scale * (4 + int(text.size()) * glyph_advance), y, scale, text);
+        const int y = top + height - step * height / 4 - scale * int(text_height) / 2;
+        write_rimmed(image, left - scale * (4 + int(text_width(text))), y, scale, text);
     }
     const std::string title = colour_title(colour);
-    write_rimmed(image, image.width - scale * (6 + int(title.size()) * glyph_advance),
-                 top - scale * (glyph_height + 12), scale, title);
+    write_rimmed(image, image.width - scale * (6 + int(text_width(title))),
+                 top - scale * int(text_height + 12), scale, title);
 }
 
 }  // namespace firn

@@ -1,6 +1,6 @@
 #include "render/drawing.h"
 
-#include "render/font.h"
+#include "render/text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,14 +11,7 @@ namespace firn {
 namespace {
 
 constexpr int fine = 3;                 // samples along each axis of a pixel
-constexpr double font_line = 11;        // height of a line [dots of the font]
 constexpr double dash = 5;              // [pixels]
-
-/// ASCII, since the font has nothing else.
-std::string printable(std::string text) {
-    for (char& c : text) if (c < 32 || c > 126) c = '?';
-    return text;
-}
 
 /// A picture of `fine` times the size.
 struct Canvas {
@@ -43,13 +36,10 @@ struct Canvas {
         }
     }
     void paint(const Drawing::Text& t) {
-        const double dot = t.size / font_line, x = t.x - t.anchor * text_width(t.text, t.size), y = t.y - glyph_height * dot;
-        const std::string text = printable(t.text);
-        for (std::size_t i = 0; i < text.size(); ++i)
-            for_each_dot(text[i], [&](int column, int row) {
-                const double left = x + dot * (int(i) * glyph_advance + column), top = y + dot * row;
-                fill(left, top, left + dot, top + dot, t.color);
-            });
+        const double dot = t.size / text_line, x = t.x - t.anchor * text_width(t.text, t.size), y = t.y - text_height * dot;
+        for_each_box(t.text, [&](double left, double top, double right, double bottom) {
+            fill(x + dot * left, y + dot * top, x + dot * right, y + dot * bottom, t.color);
+        });
     }
 };
 
@@ -86,7 +76,7 @@ std::string svg(const Drawing::Text& t) {
 }  // namespace
 
 double text_width(const std::string& text, double size) {
-    return static_cast<double>(text.size()) * glyph_advance * size / font_line;
+    return text_width(text) * size / text_line;
 }
 
 void Drawing::add(const Drawing& other, double x, double y) {

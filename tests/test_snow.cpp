@@ -159,3 +159,13 @@ TEST_CASE("what needs no cut is kept to the bit", "[snow]") {
         REQUIRE(r.Jp == 0.95);
     }
 }
+
+TEST_CASE("snow packed denser than ice hardens no further", "[snow]") {
+    const SnowModel<double> ice = model(Snow{}), endless = model(Snow{.max_density = 1e9});
+    const double Jp = 400.0 / 917;                                          // as dense as ice
+    CHECK(hardened(ice, 0.5).mu == hardened(endless, 0.5).mu);
+    CHECK(hardened(ice, 0.2).mu == hardened(ice, Jp).mu);
+    CHECK(hardened(ice, Jp).mu == Approx(ice.mu0 * std::exp(10 * (1 - Jp))));
+    CHECK(hardened(endless, 0.2).lambda == Approx(endless.lambda0 * std::exp(8.0)));
+    CHECK(hardened(model(Snow{.rho = 2e4}), 0.9).mu == model(Snow{}).mu0);  // denser than that from the start
+}
