@@ -13,10 +13,6 @@ std::size_t hash(const Vec3i& c) {
                static_cast<std::uint32_t>(c.z())) >> 20;
 }
 
-bool lexicographic(const Vec3i& a, const Vec3i& b) {
-    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
-}
-
 /// The nodes that one block's particles reach in each of the 2×2×2 blocks they may reach: 4 dx + 2 dy + dz.
 using Reach = std::array<NodeSet, 8>;
 
@@ -29,45 +25,6 @@ std::array<Reach, 64> reach_of_bases(int stencil_width) {
                 for (int k = base & 3; k < (base & 3) + stencil_width; ++k)
                     table[base][4 * (i >> 2) + 2 * (j >> 2) + (k >> 2)] |= node_bit(i & 3, j & 3, k & 3);
     return table;
-}
-
-/// Finds the nodes that the particle blocks reach from these base nodes, numbers them, and links them up.
-void link_nodes(Blocks& blocks, const std::vector<NodeSet>& bases, int stencil_width) {
-    const std::array<Reach, 64> table = reach_of_bases(stencil_width);
-    const std::size_t count = blocks.particle_blocks.size();
-    BlockMap reached(2 * count);
-    std::vector<Reach> reach(count);
-    std::vector<std::array<std::uint32_t, 8>> number(count);
-    for (std::size_t b = 0; b < count; ++b) {
-        reach[b] = {};
-        for (NodeSet left = bases[b]; left != 0; left &= left - 1)
-            for (int d = 0; d < 8; ++d) reach[b][d] |= table[std::countr_zero(left)][d];
-        for (int d = 0; d < 8; ++d) {
-            if (reach[b][d] == 0) continue;
-            number[b][d] = reached.number_of(blocks.particle_blocks[b].coordinates + Vec3i(d >> 2, (d >> 1) & 1, d & 1));
-            if (number[b][d] == blocks.grid_blocks.size()) blocks.grid_blocks.push_back({reached.blocks().back()});
-            blocks.grid_blocks[number[b][d]].nodes |= reach[b][d];
-        }
-    }
-    for (GridBlock& g : blocks.grid_blocks) {
-        g.first = static_cast<std::uint32_t>(blocks.nodes);
-        blocks.nodes += std::popcount(g.nodes);
-    }
-    const int width = block_width + stencil_width - 1;
-    for (std::size_t b = 0; b < count; ++b) {
-        ParticleBlock& block = blocks.particle_blocks[b];
-        block.first_link = static_cast<std::uint32_t>(blocks.links.size());
-        for (int d = 0; d < 8; ++d)
-            for (NodeSet left = reach[b][d]; left != 0; left &= left - 1) {
-                const GridBlock& g = blocks.grid_blocks[number[b][d]];
-                const NodeSet before = (left & -left) - 1;
-                const int n = std::countr_zero(left);
-                const int i = 4 * (d >> 2) + (n >> 4), j = 4 * ((d >> 1) & 1) + ((n >> 2) & 3), k = 4 * (d & 1) + (n & 3);
-                blocks.links.push_back({g.first + std::popcount(g.nodes & before),
-                                        static_cast<std::uint32_t>((i * width + j) * width + k)});
-            }
-        block.last_link = static_cast<std::uint32_t>(blocks.links.size());
-    }
 }
 
 }  // namespace
@@ -99,48 +56,61 @@ void BlockMap::grow() {
     }
 }
 
-Blocks arrange(const std::vector<Run>& runs, std::size_t particles, int stencil_width) {
-    // Number the blocks as they come, then rank them by their coordinates.
-    BlockMap occupied(runs.size() / 8 + 64);
-    std::vector<std::uint32_t> block_of(runs.size());
-    for (std::size_t r = 0; r < runs.size(); ++r) block_of[r] = occupied.number_of(runs[r].block);
-    const std::vector<Vec3i>& found = occupied.blocks();
-    std::vector<std::uint32_t> by_rank(found.size()), rank(found.size());
-    std::iota(by_rank.begin(), by_rank.end(), 0);
-    std::sort(by_rank.begin(), by_rank.end(),
-              [&](std::uint32_t a, std::uint32_t b) { return lexicographic(found[a], found[b]); });
-    for (std::size_t i = 0; i < by_rank.size(); ++i) rank[by_rank[i]] = static_cast<std::uint32_t>(i);
-
-    Blocks result;
-    std::vector<std::uint32_t> next(found.size() + 1, 0);
-    std::vector<NodeSet> bases(found.size(), 0);
-    for (std::size_t r = 0; r < runs.size(); ++r) {
-        next[rank[block_of[r]] + 1] += runs[r].end - runs[r].begin;
-        bases[rank[block_of[r]]] |= runs[r].bases;
+void Blocks::link(std::vector<ParticleBlock>&& all, int stencil_width) {
+    std::erase_if(all, [](const ParticleBlock& b) { return b.count == 0; });
+    particle_blocks = std::move(all);
+    std::sort(particle_blocks.begin(), particle_blocks.end(), [](const ParticleBlock& a, const ParticleBlock& b) {
+        return std::lexicographical_compare(a.coordinates.data(), a.coordinates.data() + 3, b.coordinates.data(),
+                                            b.coordinates.data() + 3); });
+    const std::size_t count = particle_blocks.size();
+    for (auto& colour : colours) colour.clear();
+    for (std::uint32_t b = 0; b < count; ++b) {
+        const Vec3i& c = particle_blocks[b].coordinates;
+        colours[4 * (c.x() & 1) + 2 * (c.y() & 1) + (c.z() & 1)].push_back(b);
     }
-    std::partial_sum(next.begin(), next.end(), next.begin());
-    for (std::size_t i = 0; i < by_rank.size(); ++i)
-        result.particle_blocks.push_back({found[by_rank[i]], next[i], next[i + 1], 0, 0});
 
-    // Where the runs are not in that order already: which particle goes where.
-    bool in_order = true;
-    for (std::size_t r = 1; r < runs.size(); ++r) in_order &= rank[block_of[r - 1]] <= rank[block_of[r]];
-    if (!in_order) {
-        result.order.resize(particles);
-        for (std::size_t r = 0; r < runs.size(); ++r) {
-            std::uint32_t& at = next[rank[block_of[r]]];
-            std::iota(result.order.begin() + at, result.order.begin() + at + (runs[r].end - runs[r].begin),
-                      runs[r].begin);
-            at += runs[r].end - runs[r].begin;
+    static const std::array<std::array<Reach, 64>, 2> tables{reach_of_bases(3), reach_of_bases(4)};
+    const std::array<Reach, 64>& table = tables.at(stencil_width - 3);
+    std::vector<Reach> reach(count);
+    std::vector<std::uint32_t> reached(count + 1, 0);
+    const auto blocks = static_cast<std::ptrdiff_t>(count);
+#pragma omp parallel for schedule(static)
+    for (std::ptrdiff_t b = 0; b < blocks; ++b) {
+        reach[b] = {};
+        for (NodeSet left = particle_blocks[b].bases; left != 0; left &= left - 1)
+            for (int d = 0; d < 8; ++d) reach[b][d] |= table[std::countr_zero(left)][d];
+        for (const NodeSet nodes_of : reach[b]) reached[b + 1] += std::popcount(nodes_of);
+    }
+
+    BlockMap map(2 * count);
+    grid_blocks.clear();
+    std::vector<std::array<std::uint32_t, 8>> number(count);
+    for (std::size_t b = 0; b < count; ++b)
+        for (int d = 0; d < 8; ++d) {
+            if (reach[b][d] == 0) continue;
+            number[b][d] = map.number_of(particle_blocks[b].coordinates + Vec3i(d >> 2, (d >> 1) & 1, d & 1));
+            if (number[b][d] == grid_blocks.size()) grid_blocks.push_back({map.blocks().back()});
+            grid_blocks[number[b][d]].nodes |= reach[b][d];
         }
-    }
+    nodes = 0;
+    for (GridBlock& g : grid_blocks) g.first = static_cast<std::uint32_t>(nodes), nodes += std::popcount(g.nodes);
 
-    for (std::uint32_t i = 0; i < result.particle_blocks.size(); ++i) {
-        const Vec3i& c = result.particle_blocks[i].coordinates;
-        result.colours[4 * (c.x() & 1) + 2 * (c.y() & 1) + (c.z() & 1)].push_back(i);
+    std::partial_sum(reached.begin(), reached.end(), reached.begin());
+    links.resize(reached.back());
+    const int width = block_width + stencil_width - 1;
+#pragma omp parallel for schedule(static)
+    for (std::ptrdiff_t b = 0; b < blocks; ++b) {
+        Link* next = &links[reached[b]];
+        for (int d = 0; d < 8; ++d)
+            for (NodeSet left = reach[b][d]; left != 0; left &= left - 1) {
+                const GridBlock& g = grid_blocks[number[b][d]];
+                const NodeSet before = (left & -left) - 1;
+                const int n = std::countr_zero(left);
+                const int i = 4 * (d >> 2) + (n >> 4), j = 4 * ((d >> 1) & 1) + ((n >> 2) & 3), k = 4 * (d & 1) + (n & 3);
+                *next++ = {g.first + std::popcount(g.nodes & before), static_cast<std::uint32_t>((i * width + j) * width + k)};
+            }
+        particle_blocks[b].first_link = reached[b], particle_blocks[b].last_link = reached[b + 1];
     }
-    link_nodes(result, bases, stencil_width);
-    return result;
 }
 
 }  // namespace firn

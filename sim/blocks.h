@@ -1,6 +1,8 @@
 #pragma once
+#include "sim/pack.h"
 #include "sim/types.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -18,25 +20,24 @@ constexpr int block_width = 4;
 using NodeSet = std::uint64_t;
 inline NodeSet node_bit(int i, int j, int k) { return NodeSet(1) << (16 * i + 4 * j + k); }
 
-/// A stretch of consecutive particles that belong to the same block.
-struct Run {
-    Vec3i block;
-    std::uint32_t begin, end;
-    NodeSet bases;                          ///< the base nodes of their stencils.
-};
-
 /// A node that a block's particles reach.
 struct Link {
     std::uint32_t node;                     ///< index in the grid's flat array.
     std::uint32_t at;                       ///< index in the block's tile, whose rows are as wide as all stencils.
 };
 
-/// A block with particles in it.
+/// A block with particles in it: particle n of them is in slot n % 8 of group groups[n / 8]. Its groups are full but
+/// for the last one.
 struct ParticleBlock {
     Vec3i coordinates;                      ///< block (i, j, k) begins at node 4 (i, j, k).
-    std::uint32_t begin, end;               ///< its particles.
-    std::uint32_t first_link, last_link;    ///< its nodes, in Blocks::links.
-    std::size_t size() const { return end - begin; }
+    std::uint32_t count = 0;                ///< its particles.
+    std::vector<std::uint32_t> groups{};    ///< of Particles.
+    NodeSet bases = 0;                      ///< the base nodes of its particles' stencils.
+    std::uint32_t first_link = 0, last_link = 0;    ///< its nodes, in Blocks::links.
+
+    std::size_t slot(std::uint32_t n) const { return std::size_t(lanes) * groups[n / lanes] + n % lanes; }
+    /// Particles in group g of it.
+    int count_in(std::size_t g) const { return static_cast<int>(std::min<std::size_t>(lanes, count - lanes * g)); }
 };
 
 /// A block with nodes in it; they lie in the flat array one behind the other.
@@ -60,18 +61,24 @@ private:
     std::vector<std::uint32_t> slots_;      ///< number + 1, or 0; open addressing, at most half full.
 };
 
-/// Blocks for particles that lie in these runs, and the order that particles must be brought into.
+/// All blocks of a moment.
 struct Blocks {
     std::vector<ParticleBlock> particle_blocks;             ///< in lexicographic order of coordinates.
     std::array<std::vector<std::uint32_t>, 8> colours;      ///< of them, those with the same parities.
     std::vector<GridBlock> grid_blocks;
     std::vector<Link> links;
-    std::vector<std::uint32_t> order;                       ///< old places of the particles; empty: as they are.
     std::size_t nodes = 0;
-};
 
-/// Particles keep their order within a block, so that sums over them do not depend on who computed the runs.
-/// `stencil_width`: nodes along each axis that a particle reaches, at most 4.
-Blocks arrange(const std::vector<Run>& runs, std::size_t particles, int stencil_width);
+    /// Takes blocks as they come, without those that are empty, and finds everything else: the nodes that their
+    /// particles reach from their base nodes, numbered and linked. `stencil_width`: nodes along each axis that a
+    /// particle reaches, at most 4.
+    void link(std::vector<ParticleBlock>&&, int stencil_width);
+
+    /// Calls f(slot) for every particle, block after block: the same order wherever the groups are.
+    template <class F> void for_each_particle(F&& f) const {
+        for (const ParticleBlock& b : particle_blocks)
+            for (std::uint32_t n = 0; n < b.count; ++n) f(b.slot(n));
+    }
+};
 
 }  // namespace firn

@@ -1,4 +1,5 @@
 #pragma once
+#include "sim/pack.h"
 #include "sim/settings.h"
 
 #include <cmath>
@@ -14,9 +15,12 @@ template <Weights kind> struct BSpline {
     /// D of Σ_i w_ip (x_i − x_p)(x_i − x_p)ᵀ = D h² I [1].
     static constexpr double second_moment = kind == Weights::cubic ? 1.0 / 3 : 1.0 / 4;
 
-    /// Base node of a particle at X = x/h.
-    template <class Real> static Real base(Real X) {
-        return kind == Weights::cubic ? std::floor(X) - 1 : std::floor(X - Real(0.5));
+    /// Where the particles of a block are in the middle [cells from the block's first node].
+    static constexpr double center = kind == Weights::cubic ? 3 : 2.5;
+
+    /// Base node of a particle at X = x/h. T: a number or a pack.
+    template <class T> static T base(T X) {
+        return kind == Weights::cubic ? T(floor(X) - T(1)) : T(floor(X - T(0.5)));
     }
 
     /// N and dN/dX at t = X − base, for the nodes base, base + 1, …
@@ -37,24 +41,34 @@ template <Weights kind> struct BSpline {
     }
 };
 
-/// Weights of one particle along each axis; w_ip and ∇w_ip are products of them over the axes.
-template <class Real, Weights kind> struct Stencil {
-    static constexpr int width = BSpline<kind>::width;
-    Vec3i base;             ///< first node.
-    Real t[3];              ///< x/h − base [1].
-    Real N[3][width];       ///< [1]
-    Real dN[3][width];      ///< dN/dx [1/m].
+/// Where particles at x are on the grid. T: a number or a pack.
+template <Weights kind, class T> struct Place {
+    Vec3<T> base;           ///< first node, an integer.
+    Vec3<T> t;              ///< x/h − base [1].
 
-    Stencil(const Vec3<Real>& x, Real h) {
-        const Real per_h = 1 / h;
+    /// A true division: a product with 1/h could be contracted differently from place to place, and a particle on
+    /// the border would then have two base nodes.
+    Place(const Vec3<T>& x, T h) {
         for (int a = 0; a < 3; ++a) {
-            // A true division: a product with 1/h could be contracted differently from place to place, and a
-            // particle on the border would then have two base nodes.
-            const Real X = x(a) / h, b = BSpline<kind>::base(X);
-            base(a) = static_cast<int>(b);
-            t[a] = X - b;
-            BSpline<kind>::evaluate(t[a], N[a], dN[a]);
-            for (Real& d : dN[a]) d *= per_h;
+            const T X = x(a) / h;
+            base(a) = BSpline<kind>::base(X);
+            t(a) = X - base(a);
+        }
+    }
+};
+
+/// Weights of a group's particles along each axis; w_ip and ∇w_ip are products of them over the axes.
+template <class Real, Weights kind> struct Stencils {
+    using P = Pack<Real, lanes>;
+    static constexpr int width = BSpline<kind>::width;
+    P N[3][width];          ///< [1]
+    P dN[3][width];         ///< dN/dx [1/m]
+
+    Stencils() = default;
+    Stencils(const Vec3<P>& t, Real h) {
+        for (int a = 0; a < 3; ++a) {
+            BSpline<kind>::evaluate(t(a), N[a], dN[a]);
+            for (P& d : dN[a]) d *= P(1 / h);
         }
     }
 };

@@ -4,59 +4,97 @@
 
 namespace firn {
 
+/// Two nodes that follow each other along z: x y z 0 x y z 0.
+template <class Real> using NodePair = Pack<Real, 8>;
+
 /// Up to eight particles: all that a solve needs of them and that it does not change.
 template <class Real, Weights kind> struct Element {
     using P = Pack<Real, lanes>;
     using N4 = NodeVector<Real>;
+    using N8 = NodePair<Real>;
     static constexpr int width = BSpline<kind>::width;
 
-    P N[3][width], dN[3][width];    ///< weights along the axes [1], derivatives [1/m].
-    int at[lanes];                  ///< where in their blocks' tiles the stencils begin.
+    Vec3<P> t;                      ///< x/h − base [1].
+    std::array<int, lanes> at;      ///< where in their blocks' tiles the stencils begin.
     Mat3<P> Fe;                     ///< F_Eⁿ; I in lanes without a particle.
     Lame<P> k;                      ///< V⁰ μ and V⁰ λ, hardened [J]; 0 in lanes without a particle.
 
-    /// Lane l of ∇u = Σ_j u_j ∇w_jpᵀ
-    void gather(const Tile<N4, width>& u, int l, Mat3<P>& gradient) const {
-        N4 dx(0), dy(0), dz(0);
+    /// Columns (x 0 y 0), (z 0 · ·) of a matrix of each particle.
+    struct Columns { std::array<N8, lanes> xy{}, z{}; };
+
+    /// Lane l of ∇u = Σ_j u_j ∇w_jpᵀ.
+    void gather(const Tile<N4, width>& u, const Stencils<Real, kind>& s, int l, Columns& gradient) const {
+        N8 N[width / 2], dN[width / 2];
+        weights(s, l, N, dN);
+        N8 dx(0), dy(0), dz(0);
         for (int i = 0; i < width; ++i) {
-            N4 value(0), value_dy(0), value_dz(0);
+            N8 value(0), value_dy(0), value_dz(0);
             for (int j = 0; j < width; ++j) {
                 const N4* row = &u.values[at[l] + u.index(i, j, 0)];
-                N4 sum(0), sum_dz(0);
-                for (int m = 0; m < width; ++m) sum += N4(N[2][m][l]) * row[m], sum_dz += N4(dN[2][m][l]) * row[m];
-                value += N4(N[1][j][l]) * sum, value_dy += N4(dN[1][j][l]) * sum, value_dz += N4(N[1][j][l]) * sum_dz;
+                N8 sum(0), sum_dz(0);
+                for (int m = 0; m < width / 2; ++m) {
+                    const N8 nodes = pair(row + 2 * m);
+                    sum += N[m] * nodes, sum_dz += dN[m] * nodes;
+                }
+                if constexpr (width % 2 == 1) {
+                    const N8 last = low(row[width - 1]);
+                    sum += N8(s.N[2][width - 1][l]) * last, sum_dz += N8(s.dN[2][width - 1][l]) * last;
+                }
+                value += N8(s.N[1][j][l]) * sum, value_dy += N8(s.dN[1][j][l]) * sum, value_dz += N8(s.N[1][j][l]) * sum_dz;
             }
-            dx += N4(dN[0][i][l]) * value, dy += N4(N[0][i][l]) * value_dy, dz += N4(N[0][i][l]) * value_dz;
+            dx += N8(s.dN[0][i][l]) * value, dy += N8(s.N[0][i][l]) * value_dy, dz += N8(s.N[0][i][l]) * value_dz;
         }
-        for (int c = 0; c < 3; ++c)
-            gradient(c, 0).lanes[l] = dx[c], gradient(c, 1).lanes[l] = dy[c], gradient(c, 2).lanes[l] = dz[c];
+        // (dx₀ | dx₁) and (dy₀ | dy₁) to (dx₀ + dx₁ | dy₀ + dy₁)
+        gradient.xy[l] = halves(dx, dy) + exchanged(halves(dy, dx));
+        gradient.z[l] = dz + exchanged(dz);
     }
 
-    /// f_i += A_p ∇w_ip for lane l.
-    void scatter(const Mat3<P>& A, int l, Tile<N4, width>& f) const {
-        const N4 x = N4::of(A(0, 0)[l], A(1, 0)[l], A(2, 0)[l], 0), y = N4::of(A(0, 1)[l], A(1, 1)[l], A(2, 1)[l], 0),
-                 z = N4::of(A(0, 2)[l], A(1, 2)[l], A(2, 2)[l], 0);
+    /// f_i += A ∇w_ip for lane l.
+    void scatter(const Columns& A, const Stencils<Real, kind>& s, int l, Tile<N4, width>& f) const {
+        const N8 x = halves(A.xy[l], exchanged(A.xy[l])), y = halves(exchanged(A.xy[l]), A.xy[l]), z = A.z[l];
+        N8 N[width / 2], dN[width / 2];
+        weights(s, l, N, dN);
         for (int i = 0; i < width; ++i) {
-            const N4 of_x = N4(dN[0][i][l]) * x, of_y = N4(N[0][i][l]) * y, of_z = N4(N[0][i][l]) * z;
+            const N8 of_x = N8(s.dN[0][i][l]) * x, of_y = N8(s.N[0][i][l]) * y, of_z = N8(s.N[0][i][l]) * z;
             for (int j = 0; j < width; ++j) {
-                const N4 of_xy = N4(N[1][j][l]) * of_x + N4(dN[1][j][l]) * of_y, of_yz = N4(N[1][j][l]) * of_z;
+                const N8 of_xy = N8(s.N[1][j][l]) * of_x + N8(s.dN[1][j][l]) * of_y, of_yz = N8(s.N[1][j][l]) * of_z;
                 N4* row = &f.values[at[l] + f.index(i, j, 0)];
-                for (int m = 0; m < width; ++m) row[m] += N4(N[2][m][l]) * of_xy + N4(dN[2][m][l]) * of_yz;
+                for (int m = 0; m < width / 2; ++m) {
+                    const N8 nodes = pair(row + 2 * m) + N[m] * of_xy + dN[m] * of_yz;
+                    std::memcpy(row + 2 * m, &nodes, sizeof nodes);
+                }
+                if constexpr (width % 2 == 1)
+                    row[width - 1] += lower(N8(s.N[2][width - 1][l]) * of_xy + N8(s.dN[2][width - 1][l]) * of_yz);
             }
         }
     }
 
     /// sum_i += (λ + 4μ)/3 V_p⁰ ‖∇w_ip‖² for lane l.
-    void scatter_diagonal(int l, Tile<N4, width>& sum) const {
+    void scatter_diagonal(const Stencils<Real, kind>& s, int l, Tile<N4, width>& sum) const {
         const Real stiffness = (k.lambda[l] + 4 * k.mu[l]) / 3;
         for (int i = 0; i < width; ++i)
             for (int j = 0; j < width; ++j) {
-                const Real NN = N[0][i][l] * N[1][j][l], dNN = dN[0][i][l] * N[1][j][l], NdN = N[0][i][l] * dN[1][j][l];
+                const Real NN = s.N[0][i][l] * s.N[1][j][l], dNN = s.dN[0][i][l] * s.N[1][j][l], NdN = s.N[0][i][l] * s.dN[1][j][l];
                 const Real across = stiffness * (dNN * dNN + NdN * NdN), along = stiffness * NN * NN;
                 for (int m = 0; m < width; ++m)
                     sum.values[at[l] + sum.index(i, j, m)] +=
-                        N4(across * N[2][m][l] * N[2][m][l] + along * dN[2][m][l] * dN[2][m][l]);
+                        N4(across * s.N[2][m][l] * s.N[2][m][l] + along * s.dN[2][m][l] * s.dN[2][m][l]);
             }
+    }
+
+private:
+    static N8 pair(const N4* at) {
+        N8 p;
+        std::memcpy(&p, at, sizeof p);
+        return p;
+    }
+    static N8 low(N4 a) { return N8::of(a[0], a[1], a[2], a[3], 0, 0, 0, 0); }
+    static N4 lower(N8 a) { return N4::of(a[0], a[1], a[2], a[3]); }
+    static void weights(const Stencils<Real, kind>& s, int l, N8 (&N)[width / 2], N8 (&dN)[width / 2]) {
+        for (int m = 0; m < width / 2; ++m) {
+            N[m] = halves(N8(s.N[2][2 * m][l]), N8(s.N[2][2 * m + 1][l]));
+            dN[m] = halves(N8(s.dN[2][2 * m][l]), N8(s.dN[2][2 * m + 1][l]));
+        }
     }
 };
 
@@ -69,7 +107,7 @@ public:
     static constexpr int width = BSpline<kind>::width;
 
     Elements(const Particles<Real>& ps, const Grid<Real>& grid, const std::vector<SnowModel<Real>>& materials)
-        : blocks_(grid.blocks) {
+        : blocks_(grid.blocks), h_(grid.h) {
         std::size_t elements = 0;
         for (std::size_t c = 0; c < blocks_.colours.size(); ++c) {
             const std::vector<std::uint32_t>& colour = blocks_.colours[c];
@@ -77,18 +115,18 @@ public:
                 Batch batch{elements, 0, {}};
                 do {
                     batch.blocks.push_back(&blocks_.particle_blocks[colour[b]]);
-                    batch.particles += batch.blocks.back()->size();
-                } while (++b < colour.size() && batch.particles + blocks_.particle_blocks[colour[b]].size() <= enough);
+                    batch.particles += batch.blocks.back()->count;
+                } while (++b < colour.size() && batch.particles + blocks_.particle_blocks[colour[b]].count <= enough);
                 elements += batch.elements();
                 batches_[c].push_back(std::move(batch));
             }
         }
-        elements_.resize(elements);
-        for (Element<Real, kind>& e : elements_) e.Fe = Mat3<P>::Identity();
+        elements_.resize(elements);     // zeroed
         for_each_batch([&](const Batch& batch) {
+            for (std::size_t n = 0; n < batch.elements(); ++n) elements_[batch.first + n].Fe = Mat3<P>::Identity();
             batch.for_each([&](const ParticleBlock& b, std::size_t q) {
-                for (std::uint32_t p = b.begin; p < b.end; ++p, ++q)
-                    fill(elements_[batch.first + q / lanes], q % lanes, ps, grid.h, b, p, materials);
+                for (std::uint32_t n = 0; n < b.count; ++n, ++q)
+                    fill(elements_[batch.first + q / lanes], q % lanes, ps, grid.h, b, b.slot(n), materials);
             });
         });
     }
@@ -104,23 +142,18 @@ public:
 
     /// out_i = Σ_p A_p ∇w_ip with A_p = f(n, element n, ∇u_p), eight particles at a time.
     template <class F> void map_gradients(const NodeField<Real>& u, NodeField<Real>& out, F&& f) const {
-        out.at.assign(blocks_.nodes, N4(0));
+        out.at.resize(blocks_.nodes);
+        out.for_each([&](std::ptrdiff_t i) { out.at[i] = N4(0); });
         for_each_batch([&](const Batch& batch) {
-            thread_local std::vector<Mat3<P>> A;
-            A.assign(batch.elements(), Mat3<P>::Zero());
+            thread_local std::vector<typename Element<Real, kind>::Columns> columns;
+            columns.assign(batch.elements(), {});
             Tile<N4, width> tile;
-            batch.for_each([&](const ParticleBlock& b, std::size_t q) {
-                tile.load(blocks_, b, u.at);
-                for (const std::size_t end = q + b.size(); q < end; ++q)
-                    elements_[batch.first + q / lanes].gather(tile, q % lanes, A[q / lanes]);
-            });
-            for (std::size_t n = 0; n < A.size(); ++n) A[n] = f(batch.first + n, elements_[batch.first + n], A[n]);
-            batch.for_each([&](const ParticleBlock& b, std::size_t q) {
-                tile.clear(blocks_, b);
-                for (const std::size_t end = q + b.size(); q < end; ++q)
-                    elements_[batch.first + q / lanes].scatter(A[q / lanes], q % lanes, tile);
-                tile.add_to(blocks_, b, out.at);
-            });
+            for_each_particle(batch, [&](const ParticleBlock& b) { tile.load(blocks_, b, u.at); },
+                              [&](const auto& e, const auto& s, std::size_t n, int l) { e.gather(tile, s, l, columns[n]); }, [](auto&) {});
+            for (std::size_t n = 0; n < columns.size(); ++n) apply(columns[n], batch.first + n, f);
+            for_each_particle(batch, [&](const ParticleBlock& b) { tile.clear(blocks_, b); },
+                              [&](const auto& e, const auto& s, std::size_t n, int l) { e.scatter(columns[n], s, l, tile); },
+                              [&](const ParticleBlock& b) { tile.add_to(blocks_, b, out.at); });
         });
     }
 
@@ -129,12 +162,9 @@ public:
         NodeField<Real> sum(blocks_.nodes);
         for_each_batch([&](const Batch& batch) {
             Tile<N4, width> tile;
-            batch.for_each([&](const ParticleBlock& b, std::size_t q) {
-                tile.clear(blocks_, b);
-                for (const std::size_t end = q + b.size(); q < end; ++q)
-                    elements_[batch.first + q / lanes].scatter_diagonal(q % lanes, tile);
-                tile.add_to(blocks_, b, sum.at);
-            });
+            for_each_particle(batch, [&](const ParticleBlock& b) { tile.clear(blocks_, b); },
+                              [&](const auto& e, const auto& s, std::size_t, int l) { e.scatter_diagonal(s, l, tile); },
+                              [&](const ParticleBlock& b) { tile.add_to(blocks_, b, sum.at); });
         });
         return sum;
     }
@@ -149,7 +179,7 @@ private:
         /// Calls f(block, q) for every block, the first of whose particles is lane q % 8 of element first + q / 8.
         template <class F> void for_each(F&& f) const {
             std::size_t q = 0;
-            for (const ParticleBlock* b : blocks) f(*b, q), q += b->size();
+            for (const ParticleBlock* b : blocks) f(*b, q), q += b->count;
         }
     };
     static constexpr std::size_t enough = 64;   ///< particles in a batch of more than one block.
@@ -164,19 +194,47 @@ private:
         }
     }
 
+    /// Calls before(block), f(element, its weights, its number in the batch, lane) for the block's particles, and
+    /// after(block), for all blocks of a batch.
+    template <class Before, class F, class After>
+    void for_each_particle(const Batch& batch, Before&& before, F&& f, After&& after) const {
+        Stencils<Real, kind> s;
+        std::size_t known = batch.elements();
+        batch.for_each([&](const ParticleBlock& b, std::size_t q) {
+            before(b);
+            for (const std::size_t end = q + b.count; q < end; ++q) {
+                const std::size_t n = q / lanes;
+                const Element<Real, kind>& e = elements_[batch.first + n];
+                if (n != known) s = Stencils<Real, kind>(e.t, h_), known = n;
+                f(e, s, n, int(q % lanes));
+            }
+            after(b);
+        });
+    }
+    /// ∇u of eight particles → f(n, element n, ∇u)
+    template <class F> void apply(typename Element<Real, kind>::Columns& c, std::size_t n, F&& f) const {
+        transpose(c.xy), transpose(c.z);
+        Mat3<P> G;
+        for (int i = 0; i < 3; ++i) G(i, 0) = c.xy[i], G(i, 1) = c.xy[4 + i], G(i, 2) = c.z[i];
+        const Mat3<P> A = f(n, elements_[n], G);
+        c.xy = {A(0, 0), A(1, 0), A(2, 0), P(0), A(0, 1), A(1, 1), A(2, 1), P(0)};
+        c.z = {A(0, 2), A(1, 2), A(2, 2), P(0), A(0, 2), A(1, 2), A(2, 2), P(0)};
+        transpose(c.xy), transpose(c.z);
+    }
+
     static void fill(Element<Real, kind>& e, int l, const Particles<Real>& ps, Real h, const ParticleBlock& b,
-                     std::uint32_t p, const std::vector<SnowModel<Real>>& materials) {
-        const Stencil<Real, kind> s(vector_of(ps.x, p), h);
-        const Vec3i at = s.base - block_width * b.coordinates;
+                     std::size_t slot, const std::vector<SnowModel<Real>>& materials) {
+        const Place<kind, Real> place(vector_of(ps.x, slot), h);
+        const Vec3i at = place.base.template cast<int>() - block_width * b.coordinates;
         e.at[l] = Tile<N4, width>::index(at(0), at(1), at(2));
-        for (int a = 0; a < 3; ++a)
-            for (int i = 0; i < width; ++i) e.N[a][i].lanes[l] = s.N[a][i], e.dN[a][i].lanes[l] = s.dN[a][i];
-        for (int i = 0; i < 9; ++i) e.Fe(i).lanes[l] = ps.Fe.at(p, i);
-        const Lame<Real> k = hardened(materials[ps.material.empty() ? 0 : ps.material[p]], ps.Jp.at(p));
-        e.k.mu.lanes[l] = ps.V0.at(p) * k.mu, e.k.lambda.lanes[l] = ps.V0.at(p) * k.lambda;
+        for (int a = 0; a < 3; ++a) e.t(a).lanes[l] = place.t(a);
+        for (int i = 0; i < 9; ++i) e.Fe(i).lanes[l] = ps.Fe.at(slot, i);
+        const Lame<Real> k = hardened(materials[ps.several_materials ? ps.material[slot] : 0], ps.Jp.at(slot));
+        e.k.mu.lanes[l] = ps.V0.at(slot) * k.mu, e.k.lambda.lanes[l] = ps.V0.at(slot) * k.lambda;
     }
 
     const Blocks& blocks_;
+    Real h_;
     std::vector<Element<Real, kind>> elements_;
     std::array<std::vector<Batch>, 8> batches_;  ///< by colour.
 };

@@ -1,14 +1,11 @@
 #pragma once
 #include "sim/blocks.h"
-#include "sim/bspline.h"
-#include "sim/particles.h"
-
-#include <algorithm>
-#include <utility>
+#include "sim/pack.h"
 
 namespace firn {
 
-/// A node. After rasterize:  (m v, m | f, 0).  After update:  (vⁿ⁺¹, m | vⁿ, 0), under APIC (vⁿ⁺¹, m | vⁿ⁺¹, 0).
+/// A node. After rasterize:  (m v, m | f, 0).  After the forces:  (v*, m | vⁿ, 0).  For the particles' way back:
+/// (vⁿ⁺¹, m | vⁿ⁺¹ − α vⁿ, 0) with the share α of FLIP, under APIC (vⁿ⁺¹, m | vⁿ⁺¹, 0).
 template <class Real> using Node = Pack<Real, 8>;
 
 /// The nodes under the particles: a flat array, block after block; in a block z runs fastest.
@@ -31,7 +28,8 @@ template <class Value, int stencil_width> struct Tile {
     static constexpr int width = block_width + stencil_width - 1;
     Value values[width * width * width];
 
-    static constexpr int index(int i, int j, int k) { return (i * width + j) * width + k; }
+    /// Of node (i, j, k) of the tile; T: int, or a number that holds integers.
+    template <class T> static constexpr T index(T i, T j, T k) { return (i * T(width) + j) * T(width) + k; }
 
     /// Calls f(value of the tile, index in the flat array) for all nodes that the block's particles reach.
     template <class F> void for_each(const Blocks& blocks, const ParticleBlock& b, F&& f) {
@@ -67,30 +65,29 @@ void scatter_blocks(const Blocks& blocks, std::vector<Value>& nodes, F&& scatter
     }
 }
 
-constexpr int groups_per_chunk = 64;  ///< that one thread gathers on end.
+/// Nodes and how they differ from the next one along z: with Σ_k w_k = 1, a sum Σ_k w_k N_k is N₀ + Σ_k W_k (N_k − N_{k−1})
+/// with W_k = w_k + w_{k+1} + …, which takes one product less, two with a derivative's; what moves alike has no slope to
+/// the bit.
+template <class Value, int stencil_width> struct SlopedTile {
+    Tile<Value, stencil_width> nodes, steps;
 
-/// Calls gather(group, tiles) for every group of eight particles, where tiles(p) is the loaded tile of particle
-/// p's block. Neighbouring groups mostly share it, so it is loaded about once a block.
+    void load(const Blocks& blocks, const ParticleBlock& b, const std::vector<Value>& from) {
+        constexpr int width = Tile<Value, stencil_width>::width;
+        nodes.load(blocks, b, from);
+        for (int row = 0; row < width * width; ++row)
+            for (int k = 1; k < width; ++k) steps.values[row * width + k] = nodes.values[row * width + k] - nodes.values[row * width + k - 1];
+    }
+};
+
+/// Calls gather(number of the block, tile) for every block with its nodes in a sloped tile, several at once.
 template <int stencil_width, class Value, class F>
-void gather_groups(const Blocks& blocks, std::size_t particles, const std::vector<Value>& nodes, F&& gather) {
-    constexpr std::ptrdiff_t chunk = groups_per_chunk;
-    const auto groups = static_cast<std::ptrdiff_t>((particles + lanes - 1) / lanes);
-    const std::vector<ParticleBlock>& all = blocks.particle_blocks;
+void gather_blocks(const Blocks& blocks, const std::vector<Value>& nodes, F&& gather) {
+    const auto count = static_cast<std::ptrdiff_t>(blocks.particle_blocks.size());
 #pragma omp parallel for schedule(dynamic)
-    for (std::ptrdiff_t first = 0; first < groups; first += chunk) {
-        Tile<Value, stencil_width> tile;
-        const ParticleBlock* current = nullptr;
-        const auto tile_of = [&](std::size_t p) -> std::pair<const Tile<Value, stencil_width>&, const ParticleBlock&> {
-            if (!current) {
-                current = &*std::upper_bound(all.begin(), all.end(), p, [](std::size_t q, const ParticleBlock& b) {
-                    return q < b.end; });
-                tile.load(blocks, *current, nodes);
-            } else if (p >= current->end) {
-                tile.load(blocks, *++current, nodes);
-            }
-            return {tile, *current};
-        };
-        for (std::ptrdiff_t g = first; g < std::min(first + chunk, groups); ++g) gather(std::size_t(g), tile_of);
+    for (std::ptrdiff_t b = 0; b < count; ++b) {
+        SlopedTile<Value, stencil_width> tile;
+        tile.load(blocks, blocks.particle_blocks[b], nodes);
+        gather(std::size_t(b), tile);
     }
 }
 

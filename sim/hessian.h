@@ -3,29 +3,12 @@
 
 namespace firn {
 
-/// V_p⁰ A_p F_Eᵀ of eight particles as a function of ∇u, A_p = ∂²Ψ/∂F_E∂F_E : (∇u F_E), with δR through the
-/// report's 3×3 system.                                                                             report, (4)
-template <class P> struct StressDifferential {
-    Mat3<P> F, R, K;    ///< F_E, its rotation, (tr S · I − S)⁻¹
-    Lame<P> k;          ///< V⁰ μ and V⁰ λ
-
-    StressDifferential() = default;
-    StressDifferential(const Mat3<P>& Fe, const Lame<P>& lame) : F(Fe), k(lame) {
-        const Decomposition<P> d = decompose(Fe);
-        R = d.rotation();
-        K = rotation_system_inverse(Mat3<P>(d.V * d.s.asDiagonal() * d.V.transpose()));
-    }
-    Mat3<P> operator()(const Mat3<P>& gradient) const {
-        const Mat3<P> dF = gradient * F;
-        return stress_differential(F, rotation_differential(R, K, dF), k, dF) * F.transpose();
-    }
-};
-
-/// ∂²Φ/∂x² of all particles at F_Eⁿ with μ, λ frozen, matrix-free.                                   report, (3)
+/// ∂²Φ/∂x² of all particles at F_Eⁿ with μ, λ frozen, matrix-free: A_p of report (4) through `KirchhoffDifferential`.
+///                                                                                               report, (3)
 template <class Real, Weights kind> class Hessian {
 public:
     explicit Hessian(const Elements<Real, kind>& elements) : elements_(elements), particles_(elements.size()) {
-        elements.for_each([&](std::size_t n, const Element<Real, kind>& e) { particles_[n] = {e.Fe, e.k}; });
+        elements.for_each([&](std::size_t n, const Element<Real, kind>& e) { particles_[n] = {left_strain(e.Fe), e.k}; });
     }
     /// f_i = (∂²Φ/∂x² u)_i = Σ_p V_p⁰ A_p F_Eᵀ ∇w_ip
     void operator()(const NodeField<Real>& u, NodeField<Real>& f) const {
@@ -35,7 +18,7 @@ public:
 
 private:
     const Elements<Real, kind>& elements_;
-    std::vector<StressDifferential<Pack<Real, lanes>>> particles_;
+    std::vector<KirchhoffDifferential<Pack<Real, lanes>>> particles_;
 };
 
 }  // namespace firn

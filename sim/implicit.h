@@ -1,6 +1,7 @@
 #pragma once
 #include "sim/conjugate_residual.h"
 #include "sim/node_field.h"
+#include "sim/particles.h"
 #include "sim/settings.h"
 #include "sim/snow.h"
 

@@ -1,16 +1,30 @@
 #pragma once
+#include "sim/advance.h"
 #include "sim/simulation.h"
-#include "sim/step.h"
+
+#include <chrono>
 
 namespace firn {
+
+/// Tells how much time went by since the last lap, or since it was made.
+class Stopwatch {
+public:
+    void lap(double& seconds) {
+        const auto now = std::chrono::steady_clock::now();
+        seconds += std::chrono::duration<double>(now - last_).count(), last_ = now;
+    }
+
+private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
 
 /// The method for one choice of precision, weights and transfer.
 template <class Real, Weights kind, Transfer transfer> class Method final : public Simulation {
 public:
-    Method(const Setup&, const ParticleSet&);
+    Method(const Setup&, ParticleSet&&);
 
     StepReport step(double remaining) override;
-    std::size_t size() const override { return ps_.n; }
+    std::size_t size() const override { return n_; }
     double time() const override { return t_; }
     long steps() const override { return steps_; }
     Totals totals() const override;
@@ -22,16 +36,17 @@ public:
 
 private:
     bool take_step(double dt, StepReport&);
-    void sort_particles();
     double wanted_dt() const;
     std::vector<std::size_t> places() const;
     std::vector<float> in_order(const Field<Real, 3>&) const;
-    void check_start() const;
+    void check_start(const ParticleSet&) const;
     void check_energy();
     [[noreturn]] void fail(const std::string& what) const;
+    [[noreturn]] void fail_lost(const std::vector<Lost>&) const;
 
     Setup setup_;
     std::vector<SnowModel<Real>> materials_;
+    std::size_t n_ = 0;
     Particles<Real> ps_;
     Grid<Real> grid_;
     std::vector<Offender> offenders_;       ///< of the last attempt.
@@ -50,25 +65,34 @@ bool Method<Real, kind, transfer>::take_step(double dt, StepReport& report) {
     const Vec3<Real> g = setup_.gravity.cast<Real>();
     const Motion<Real> motion{Real(dt), Real(solver.flip_blend), g, materials_, setup_.colliders, t_};
 
-    sort_particles();                                               //     blocks and nodes under the particles
+    Stopwatch watch;
+
     rasterize_with_forces<kind, transfer>(ps_, grid_);              //  1  m_i = Σ_p m_p w_ip,  (m v)_i = Σ_p m_p v_p w_ip
                                                                     //  2  V_p⁰ = m_p / ρ_p, once: in the constructor
-                                                                    //  3  f_i = −Σ_p V_p⁰ P F_Eᵀ ∇w_ip
+    watch.lap(report.seconds.scatter);                              //  3  f_i = −Σ_p V_p⁰ P F_Eᵀ ∇w_ip
     accelerate(grid_, Real(dt), g);                                 //  4  v* = v + Δt (f / m + g)
     const bool newton = solver.integrator == Integrator::newton;
     const auto fall = newton ? std::optional<Vec3d>(dt * setup_.gravity) : std::nullopt;
     const auto fixed = collide_nodes(grid_, setup_.colliders, t_, fall);  //  5  v* against the bodies
+    watch.lap(report.seconds.grid);
     if (solver.integrator == Integrator::semi_implicit)             //  6  (M + β Δt² ∂²Φ/∂x²) vⁿ⁺¹ = M v*
         report.add(solve_implicit<kind>(ps_, grid_, materials_, fixed, dt, solver));
     if (newton) {                                                   //     or the minimum of ½‖v − v̂‖² + Φ(x + Δt v)
         report.add(solve_newton<kind>(ps_, grid_, materials_, fixed, *fall, dt, solver));
         collide_nodes(grid_, setup_.colliders, t_);
     }
+    watch.lap(report.seconds.solve);
     offenders_ = inverted<kind>(ps_, grid_, Real(dt));
     if (!offenders_.empty()) return false;                          //     a step too long is not taken
-    finish_nodes<transfer>(grid_);
-    extremes_ = advance<kind, transfer>(ps_, grid_, motion);        //  7  F_E, J_P;  8  v_p;  9  v_p against the bodies;
-    return true;                                                    // 10  x_p ← x_p + Δt v_p
+    finish_nodes<transfer>(grid_, Real(solver.flip_blend));
+    watch.lap(report.seconds.grid);
+    Advanced<Real> a = advance<kind, transfer>(ps_, grid_, motion);       //  7  F_E, J_P;  8  v_p;  9  v_p against the bodies;
+    watch.lap(report.seconds.gather);                               // 10  x_p ← x_p + Δt v_p
+    if (!a.lost.empty()) fail_lost(a.lost);
+    extremes_ = a.extremes;
+    migrate(ps_, grid_.blocks, a.departures, BSpline<kind>::width); //     blocks and nodes under the particles, for
+    watch.lap(report.seconds.sort);                                 //     the next step
+    return true;
 }
 
 extern template class Method<float, Weights::cubic, Transfer::flip>;

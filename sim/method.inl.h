@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <istream>
-#include <numeric>
 #include <ostream>
 
 #ifdef __SSE2__
@@ -24,58 +23,67 @@ inline void flush_denormals() {
 }
 
 template <class Real, Weights kind, Transfer transfer>
-Method<Real, kind, transfer>::Method(const Setup& setup, const ParticleSet& start) : setup_(setup) {
+Method<Real, kind, transfer>::Method(const Setup& setup, ParticleSet&& start) : setup_(setup), n_(start.size()) {
     for (const Snow& s : setup_.materials) {
         const SnowModel<double> m = model(s);
         materials_.push_back({Real(m.mu0), Real(m.lambda0), Real(m.xi), Real(m.low), Real(m.high), Real(m.Jp_min)});
     }
-    ps_.n = start.size();
+    check_start(start);
     grid_.h = Real(setup_.h);
-    ps_.x.resize(ps_.n), ps_.v.resize(ps_.n), ps_.Fe.resize(ps_.n), ps_.Jp.resize(ps_.n), ps_.tau.resize(ps_.n);
-    ps_.m.resize(ps_.n), ps_.V0.resize(ps_.n), ps_.id.resize(ps_.n);
-    if (transfer == Transfer::apic) ps_.C.resize(ps_.n);
-    if (setup_.materials.size() > 1) ps_.material = start.material;
-    std::iota(ps_.id.begin(), ps_.id.end(), 0);
-    for (std::size_t p = 0; p < ps_.n; ++p) {
-        const SnowModel<Real>& s = materials_[start.material[p]];
-        const double rho = setup_.materials[start.material[p]].rho;
+    Arrangement arrangement = arrange<kind, Real>(n_, grid_.h, [&](std::size_t p) { return start.x[p].template cast<Real>(); });
+    const std::vector<std::uint32_t>& slots = arrangement.slots;
+    ps_.affine = transfer == Transfer::apic, ps_.several_materials = setup_.materials.size() > 1;
+    ps_.resize(arrangement.groups);
+    const auto take = [&](auto& values, auto&& put) {               // and give their memory back
+        for (std::size_t p = 0; p < n_; ++p) put(slots[p], values[p], p);
+        std::decay_t<decltype(values)>().swap(values);
+    };
+    for (std::size_t p = 0; p < n_; ++p) {
+        ps_.id[slots[p]] = static_cast<std::uint32_t>(p);
         const bool sampled = setup_.solver.initial_volume == InitialVolume::sampled;
-        for (int a = 0; a < 3; ++a) ps_.x.at(p, a) = Real(start.x[p](a)), ps_.v.at(p, a) = Real(start.v[p](a));
-        for (int k = 0; k < 9; ++k) ps_.Fe.at(p, k) = Real(start.Fe[p](k));
-        ps_.Jp.at(p) = Real(start.Jp[p]);
-        ps_.m.at(p) = Real(start.m[p]);
-        ps_.V0.at(p) = Real(start.V0[p] > 0 ? start.V0[p] : sampled ? start.m[p] / rho : 0);
-        const Decomposition<Real> d = decompose(matrix_of(ps_.Fe, p));
-        const Lame<Real> k = hardened(s, ps_.Jp.at(p));
-        const Eigen::Matrix<Real, 6, 1> tau = upper_triangle(kirchhoff_stress(d.U, d.s, k));
-        for (int i = 0; i < 6; ++i) ps_.tau.at(p, i) = tau(i);
+        const double V0 = start.V0[p] > 0 ? start.V0[p] : sampled ? start.m[p] / setup_.materials[start.material[p]].rho : 0;
+        ps_.V0.at(slots[p]) = Real(V0);
+        if (ps_.several_materials) ps_.material[slots[p]] = start.material[p];
         extremes_.speed = std::max(extremes_.speed, start.v[p].norm());
     }
-    check_start();
-    sort_particles();
+    take(start.Fe, [&](std::size_t slot, const Mat3d& F, std::size_t) { for (int k = 0; k < 9; ++k) ps_.Fe.at(slot, k) = Real(F(k)); });
+    take(start.x, [&](std::size_t slot, const Vec3d& x, std::size_t) { for (int a = 0; a < 3; ++a) ps_.x.at(slot, a) = Real(x(a)); });
+    take(start.v, [&](std::size_t slot, const Vec3d& v, std::size_t) { for (int a = 0; a < 3; ++a) ps_.v.at(slot, a) = Real(v(a)); });
+    take(start.m, [&](std::size_t slot, double m, std::size_t) { ps_.m.at(slot) = Real(m); });
+    take(start.Jp, [&](std::size_t slot, double Jp, std::size_t) { ps_.Jp.at(slot) = Real(Jp); });
+    start = {};
+    grid_.blocks.link(std::move(arrangement.blocks), BSpline<kind>::width);
+    for (std::size_t g = 0; g < ps_.groups; ++g)
+        store(ps_.tau, g, kirchhoff_stress(left_strain(matrices_of(ps_.Fe, g)),
+                                           hardened(models_of(ps_, materials_, g), ps_.Jp.pack(g))));
     rasterize_with_forces<kind, transfer>(ps_, grid_);
     set_volumes<kind>(ps_, grid_);                                  //  2  ρ_p = Σ_i m_i w_ip / h³,  V_p⁰ = m_p / ρ_p
-    for (std::size_t p = 0; p < ps_.n; ++p) {
-        const Lame<Real> k = hardened(materials_[ps_.material.empty() ? 0 : ps_.material[p]], ps_.Jp.at(p));
-        extremes_.wave = std::max(extremes_.wave, std::sqrt(double(k.lambda + 2 * k.mu) * ps_.V0.at(p) / ps_.m.at(p)));
-        stiffness_ += double(k.lambda + 2 * k.mu) * ps_.V0.at(p);
-    }
+    grid_.blocks.for_each_particle([&](std::size_t slot) {
+        const Lame<Real> k = hardened(materials_[ps_.several_materials ? ps_.material[slot] : 0], ps_.Jp.at(slot));
+        const double modulus = k.lambda + 2 * k.mu;
+        extremes_.wave = std::max(extremes_.wave, std::sqrt(modulus * ps_.V0.at(slot) / ps_.m.at(slot)));
+        stiffness_ += modulus * ps_.V0.at(slot);
+    });
     const Totals sum = totals();
     extremes_.energy = sum.kinetic + sum.elastic, extremes_.height = -sum.potential;
     energy_.start = extremes_.energy, energy_.lowest = energy_.highest = extremes_.height;
 }
 
 /// A particle cannot begin inside out, or as nothing: no motion leads there, and J_P could not follow.
-template <class Real, Weights kind, Transfer transfer> void Method<Real, kind, transfer>::check_start() const {
-    for (std::size_t p = 0; p < ps_.n; ++p) {
-        const Real J = determinant(matrix_of(ps_.Fe, p)), v = vector_of(ps_.v, p).norm();
+template <class Real, Weights kind, Transfer transfer>
+void Method<Real, kind, transfer>::check_start(const ParticleSet& start) const {
+    for (std::size_t p = 0; p < n_; ++p) {
         const auto must = [&](bool good, const char* name, Real value, const char* allowed) {
             if (!good) fail(fmt::format("particle {} has {} = {:g}, which must be {}", p, name, value, allowed));
         };
+        const Real J = determinant(Mat3<Real>(start.Fe[p].template cast<Real>()));
+        const Real v = Vec3<Real>(start.v[p].template cast<Real>()).norm(), Jp = Real(start.Jp[p]), m = Real(start.m[p]);
         must(J > 0 && std::isfinite(J), "det F_E", J, "above 0 and finite");
         must(std::isfinite(v), "|v|", v, "finite");
-        must(ps_.Jp.at(p) > 0 && std::isfinite(ps_.Jp.at(p)), "J_P", ps_.Jp.at(p), "above 0 and finite");
-        must(ps_.m.at(p) > 0 && std::isfinite(ps_.m.at(p)), "mass", ps_.m.at(p), "above 0 and finite");
+        must(Jp > 0 && std::isfinite(Jp), "J_P", Jp, "above 0 and finite");
+        must(m > 0 && std::isfinite(m), "mass", m, "above 0 and finite");
+        const Vec3<Real> x = start.x[p].template cast<Real>();
+        if (lost(Place<kind, Real>(x, Real(setup_.h)).base)) fail_lost({{static_cast<std::uint32_t>(p), start.x[p]}});
     }
 }
 
@@ -92,31 +100,6 @@ template <class Real, Weights kind, Transfer transfer> void Method<Real, kind, t
         fail(fmt::format("the snow has {:g} J of which the start and gravity gave {:g} J: the steps are unstable; where "
                          "forces are explicit, about {:g} s is the longest that is not", extremes_.energy, given,
                          0.5 * setup_.h / extremes_.wave));
-}
-
-template <class Real, Weights kind, Transfer transfer> void Method<Real, kind, transfer>::sort_particles() {
-    try {
-        grid_.blocks = arrange(runs<kind>(ps_, grid_.h), ps_.n, BSpline<kind>::width);
-    } catch (const std::out_of_range& lost) {
-        const auto p = std::stoul(lost.what());
-        const Vec3<Real> x = vector_of(ps_.x, p);
-        fail(fmt::format("particle {} is at ({:g}, {:g}, {:g}) m, where {} numbers cannot tell places in a cell apart",
-                         ps_.id[p], x(0), x(1), x(2), sizeof(Real) == 4 ? "float" : "double"));
-    }
-    const std::vector<std::uint32_t>& order = grid_.blocks.order;
-    if (order.empty()) return;
-    ps_.for_each_field([&](auto& field) {
-        if (field.empty()) return;
-        std::decay_t<decltype(field)> spare;
-        field.permute(order, spare);
-    });
-    const auto reorder = [&](auto& values) {
-        if (values.empty()) return;
-        auto sorted = values;
-        for (std::size_t p = 0; p < order.size(); ++p) sorted[p] = values[order[p]];
-        values.swap(sorted);
-    };
-    reorder(ps_.material), reorder(ps_.id);
 }
 
 /// Δt of the next step [s]. Chosen: at most max_dt; no particle crosses more than 0.6 of a cell; ‖Δt ∇v‖ ≤ 0.2;
@@ -169,55 +152,64 @@ void Method<Real, kind, transfer>::fail(const std::string& what) const {
         "bodies may help, and solver.precision: double where lengths or speeds are extreme", steps_ + 1, t_, what));
 }
 
+template <class Real, Weights kind, Transfer transfer>
+void Method<Real, kind, transfer>::fail_lost(const std::vector<Lost>& lost) const {
+    const Lost& first = *std::min_element(lost.begin(), lost.end(), [](const Lost& a, const Lost& b) { return a.id < b.id; });
+    fail(fmt::format("particle {} is at ({:g}, {:g}, {:g}) m, where {} numbers cannot tell places in a cell apart", first.id,
+                     first.x(0), first.x(1), first.x(2), sizeof(Real) == 4 ? "float" : "double"));
+}
+
 template <class Real, Weights kind, Transfer transfer> Totals Method<Real, kind, transfer>::totals() const {
     constexpr double D = BSpline<kind>::second_moment;
     Totals sum;
-    for (std::size_t p = 0; p < ps_.n; ++p) {
-        const double m = ps_.m.at(p);
-        const Vec3d x = vector_of(ps_.x, p).template cast<double>(), v = vector_of(ps_.v, p).template cast<double>();
-        const SnowModel<double> s = model(setup_.materials[ps_.material.empty() ? 0 : ps_.material[p]]);
-        const Lame<double> k = hardened(s, double(ps_.Jp.at(p)));
+    grid_.blocks.for_each_particle([&](std::size_t slot) {
+        const double m = ps_.m.at(slot);
+        const Vec3d x = vector_of(ps_.x, slot).template cast<double>(), v = vector_of(ps_.v, slot).template cast<double>();
+        const SnowModel<double> s = model(setup_.materials[ps_.several_materials ? ps_.material[slot] : 0]);
+        const Lame<double> k = hardened(s, double(ps_.Jp.at(slot)));
         sum.mass += m;
         sum.momentum += m * v;
         sum.angular_momentum += m * x.cross(v);
         if (transfer == Transfer::apic) {                           // Σ_i w (x_i − x_p) × C (x_i − x_p) = D h² Σ_a e_a × C e_a
-            const Mat3d C = matrix_of(ps_.C, p).template cast<double>();
+            const Mat3d C = matrix_of(ps_.C, slot).template cast<double>();
             sum.angular_momentum += m * D * setup_.h * setup_.h *
                                     Vec3d(C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1));
         }
         sum.kinetic += m * v.squaredNorm() / 2;
-        sum.elastic += ps_.V0.at(p) * energy_density(elastic(Mat3d(matrix_of(ps_.Fe, p).template cast<double>())), k);
+        const Mat3d Fe = matrix_of(ps_.Fe, slot).template cast<double>();
+        sum.elastic += ps_.V0.at(slot) * energy_density(left_strain(Fe), k);
         sum.potential -= m * setup_.gravity.dot(x);
-    }
+    });
     return sum;
 }
 
 /// Where particle `id` is now, for every id.
 template <class Real, Weights kind, Transfer transfer>
 std::vector<std::size_t> Method<Real, kind, transfer>::places() const {
-    std::vector<std::size_t> at(ps_.n);
-    for (std::size_t p = 0; p < ps_.n; ++p) at[ps_.id[p]] = p;
+    std::vector<std::size_t> at(n_);
+    grid_.blocks.for_each_particle([&](std::size_t slot) { at[ps_.id[slot]] = slot; });
     return at;
 }
 
 template <class Real, Weights kind, Transfer transfer>
 std::vector<float> Method<Real, kind, transfer>::in_order(const Field<Real, 3>& field) const {
-    std::vector<float> values(3 * ps_.n);
-    for (std::size_t p = 0; p < ps_.n; ++p)
-        for (int a = 0; a < 3; ++a) values[3 * ps_.id[p] + a] = static_cast<float>(field.at(p, a));
+    std::vector<float> values(3 * n_);
+    grid_.blocks.for_each_particle([&](std::size_t slot) {
+        for (int a = 0; a < 3; ++a) values[3 * ps_.id[slot] + a] = static_cast<float>(field.at(slot, a));
+    });
     return values;
 }
 
 template <class Real, Weights kind, Transfer transfer>
 ParticleRows Method<Real, kind, transfer>::rows(bool full) const {
-    ParticleRows rows{sizeof(Real) == 8, {"x", "y", "z", "vx", "vy", "vz"}, ps_.n, {}};
+    ParticleRows rows{sizeof(Real) == 8, {"x", "y", "z", "vx", "vy", "vz"}, n_, {}};
     if (full) {
         for (const char* name : {"mass", "volume", "Jp"}) rows.columns.emplace_back(name);
         for (int r = 0; r < 3; ++r)
             for (int c = 0; c < 3; ++c) rows.columns.push_back(fmt::format("Fe_{}{}", r, c));
     }
     std::vector<Real> values;
-    values.reserve(ps_.n * rows.columns.size());
+    values.reserve(n_ * rows.columns.size());
     for (const std::size_t p : places()) {
         for (int a = 0; a < 3; ++a) values.push_back(ps_.x.at(p, a));
         for (int a = 0; a < 3; ++a) values.push_back(ps_.v.at(p, a));
@@ -243,27 +235,53 @@ template <class Real, Weights kind, Transfer transfer> std::array<std::uint64_t,
     return {n, sizeof(Real), std::uint64_t(kind), std::uint64_t(transfer)};
 }
 
+/// The numbers that every block of particles is saved with.
+struct BlockHeader { Vec3i coordinates; std::uint32_t count; NodeSet bases; };
+
+/// Block after block, so that sums over particles have the same order afterwards wherever the groups are.
 template <class Real, Weights kind, Transfer transfer>
 void Method<Real, kind, transfer>::save(std::ostream& out) const {
-    const auto own = signature<Real, kind, transfer>(ps_.n);
+    const auto own = signature<Real, kind, transfer>(n_);
     write_raw(out, own.data(), own.size());
     write_raw(out, &extremes_, 1), write_raw(out, &energy_, 1), write_raw(out, &t_, 1), write_raw(out, &steps_, 1);
-    ps_.for_each_field([&](const auto& field) { write_raw(out, field.raw(), field.bytes()); });
-    write_raw(out, ps_.material.data(), ps_.material.size());
-    write_raw(out, ps_.id.data(), ps_.id.size());
+    for (const ParticleBlock& b : grid_.blocks.particle_blocks) {
+        const BlockHeader header{b.coordinates, b.count, b.bases};
+        write_raw(out, &header, 1);
+        for (const std::uint32_t g : b.groups) {
+            ps_.for_each_field([&](const auto& field) { write_raw(out, &field.group(g), 1); });
+            write_raw(out, &ps_.id[lanes * g], lanes);
+            if (ps_.several_materials) write_raw(out, &ps_.material[lanes * g], lanes);
+        }
+    }
 }
 
 template <class Real, Weights kind, Transfer transfer>
 void Method<Real, kind, transfer>::restore(std::istream& in) {
     auto saved = signature<Real, kind, transfer>(0);
     read_raw(in, saved.data(), saved.size());
-    if (saved != signature<Real, kind, transfer>(ps_.n)) throw std::runtime_error("the state is of another simulation");
+    if (saved != signature<Real, kind, transfer>(n_)) throw std::runtime_error("the state is of another simulation");
     read_raw(in, &extremes_, 1), read_raw(in, &energy_, 1), read_raw(in, &t_, 1), read_raw(in, &steps_, 1);
-    ps_.for_each_field([&](auto& field) { read_raw(in, field.raw(), field.bytes()); });
-    read_raw(in, ps_.material.data(), ps_.material.size());
-    read_raw(in, ps_.id.data(), ps_.id.size());
-    for (const std::uint32_t id : ps_.id)
-        if (id >= ps_.n) throw std::runtime_error("the state names a particle that there is not");
+    Particles<Real> restored;
+    restored.affine = ps_.affine, restored.several_materials = ps_.several_materials;
+    std::vector<ParticleBlock> blocks;
+    for (std::size_t n = 0; n < n_; n += blocks.back().count) {
+        BlockHeader header{};
+        read_raw(in, &header, 1);
+        if (header.count == 0 || header.count > n_ - n) throw std::runtime_error("the state has a block of no sense");
+        blocks.push_back({.coordinates = header.coordinates, .count = header.count, .bases = header.bases});
+        for (std::uint32_t done = 0; done < header.count; done += lanes) {
+            const std::uint32_t g = restored.new_group();
+            blocks.back().groups.push_back(g);
+            restored.for_each_field([&](auto& field) { read_raw(in, &field.group(g), 1); });
+            read_raw(in, &restored.id[lanes * g], lanes);
+            if (restored.several_materials) read_raw(in, &restored.material[lanes * g], lanes);
+        }
+    }
+    ps_ = std::move(restored);
+    grid_.blocks.link(std::move(blocks), BSpline<kind>::width);
+    grid_.blocks.for_each_particle([&](std::size_t slot) {
+        if (ps_.id[slot] >= n_) throw std::runtime_error("the state names a particle that there is not");
+    });
 }
 
 }  // namespace firn

@@ -8,49 +8,41 @@
 
 namespace firn {
 
-constexpr int lanes = 8;  ///< particles that are worked on at once.
-
-/// C numbers of each particle, in groups of eight particles: all first numbers of a group, then all second
-/// ones. What lies behind the last particle of the last group is never read back.
+/// C numbers of each particle, in groups of eight slots: all first numbers of a group, then all second ones.
 template <class Real, int C> class Field {
 public:
     using P = Pack<Real, lanes>;
+    static constexpr int components = C;
 
-    void resize(std::size_t n) { groups_.resize((n + lanes - 1) / lanes); }
-    void clear() { groups_ = {}; }
-    bool empty() const { return groups_.empty(); }
-    std::size_t bytes() const { return groups_.size() * sizeof(groups_[0]); }
-    char* raw() { return reinterpret_cast<char*>(groups_.data()); }
-    const char* raw() const { return reinterpret_cast<const char*>(groups_.data()); }
-
-    Real& at(std::size_t p, int c = 0) { return numbers()[(p / lanes * C + c) * lanes + p % lanes]; }
-    Real at(std::size_t p, int c = 0) const {
-        return reinterpret_cast<const Real*>(groups_.data())[(p / lanes * C + c) * lanes + p % lanes];
+    /// New groups hold `value` everywhere. Grows by a little more than is asked for, not to twice the size.
+    void resize(std::size_t groups, const std::array<Real, C>& value) {
+        std::array<P, C> filled;
+        for (int c = 0; c < C; ++c) filled[c] = P(value[c]);
+        if (groups > groups_.capacity()) groups_.reserve(groups);
+        groups_.resize(groups, filled);
     }
+    bool empty() const { return groups_.empty(); }
+
+    Real& at(std::size_t slot, int c = 0) { return numbers()[(slot / lanes * C + c) * lanes + slot % lanes]; }
+    Real at(std::size_t slot, int c = 0) const {
+        return reinterpret_cast<const Real*>(groups_.data())[(slot / lanes * C + c) * lanes + slot % lanes];
+    }
+    std::array<P, C>& group(std::size_t g) { return groups_[g]; }
+    const std::array<P, C>& group(std::size_t g) const { return groups_[g]; }
     P& pack(std::size_t group, int c = 0) { return groups_[group][c]; }
     const P& pack(std::size_t group, int c = 0) const { return groups_[group][c]; }
-
-    /// Particle order[p] becomes particle p; `spare` lends its memory and keeps what was here.
-    void permute(const std::vector<std::uint32_t>& order, Field& spare) {
-        spare.groups_.resize(groups_.size());
-        std::swap(groups_, spare.groups_);
-        const auto n = static_cast<std::ptrdiff_t>(order.size());
-#pragma omp parallel for schedule(static)
-        for (std::ptrdiff_t p = 0; p < n; ++p)
-            for (int c = 0; c < C; ++c) at(p, c) = spare.at(order[p], c);
-    }
 
 private:
     Real* numbers() { return reinterpret_cast<Real*>(groups_.data()); }
     std::vector<std::array<P, C>> groups_;
 };
 
-template <class Real> Vec3<Real> vector_of(const Field<Real, 3>& f, std::size_t p) {
-    return {f.at(p, 0), f.at(p, 1), f.at(p, 2)};
+template <class Real> Vec3<Real> vector_of(const Field<Real, 3>& f, std::size_t slot) {
+    return {f.at(slot, 0), f.at(slot, 1), f.at(slot, 2)};
 }
-template <class Real> Mat3<Real> matrix_of(const Field<Real, 9>& f, std::size_t p) {
+template <class Real> Mat3<Real> matrix_of(const Field<Real, 9>& f, std::size_t slot) {
     Mat3<Real> M;
-    for (int i = 0; i < 9; ++i) M(i) = f.at(p, i);
+    for (int i = 0; i < 9; ++i) M(i) = f.at(slot, i);
     return M;
 }
 template <class Real> Vec3<Pack<Real, lanes>> vectors_of(const Field<Real, 3>& f, std::size_t group) {
@@ -65,9 +57,10 @@ template <class Real, int C, class Values> void store(Field<Real, C>& f, std::si
     for (int i = 0; i < C; ++i) f.pack(group, i) = values(i);
 }
 
-/// What is known of every particle. Matrices column by column.
+/// What is known of every particle. Matrices column by column. Each is in a slot: number slot % 8 of group slot / 8;
+/// a group belongs to one block or to none. What has no mass is no particle: an empty slot.
 template <class Real> struct Particles {
-    std::size_t n = 0;
+    std::size_t groups = 0;
     Field<Real, 3> x;                       ///< position [m]
     Field<Real, 3> v;                       ///< velocity [m/s]
     Field<Real, 9> Fe;                      ///< elastic deformation gradient [1]
@@ -77,24 +70,65 @@ template <class Real> struct Particles {
     Field<Real, 1> m, V0;                   ///< mass [kg], initial volume [m³]
     std::vector<std::uint8_t> material;     ///< index of its Snow; empty where there is one only.
     std::vector<std::uint32_t> id;          ///< place in the order of sampling.
+    std::vector<std::uint32_t> free_groups;
+    bool affine = false;                    ///< C is kept.
+    bool several_materials = false;         ///< `material` is kept.
 
-    /// Every field of numbers, for what treats them all alike.
-    template <class F> void for_each_field(F&& f) { f(x), f(v), f(Fe), f(Jp), f(tau), f(C), f(m), f(V0); }
-    template <class F> void for_each_field(F&& f) const { f(x), f(v), f(Fe), f(Jp), f(tau), f(C), f(m), f(V0); }
-
-    Mat3<Real> stress(std::size_t p) const {
-        Mat3<Real> t;
-        t << tau.at(p, 0), tau.at(p, 1), tau.at(p, 2), tau.at(p, 1), tau.at(p, 3), tau.at(p, 4), tau.at(p, 2),
-            tau.at(p, 4), tau.at(p, 5);
-        return t;
+    /// All slots that are new are empty, and harmless to reckon with.
+    void resize(std::size_t count) {
+        groups = count;
+        x.resize(groups, {}), v.resize(groups, {}), Fe.resize(groups, {1, 0, 0, 0, 1, 0, 0, 0, 1}), Jp.resize(groups, {1});
+        tau.resize(groups, {}), m.resize(groups, {}), V0.resize(groups, {});
+        if (affine) C.resize(groups, {});
+        if (several_materials) material.resize(lanes * groups, 0);
+        id.resize(lanes * groups, 0);
+    }
+    /// A group that no block has.
+    std::uint32_t new_group() {
+        if (free_groups.empty()) {
+            const std::size_t more = groups / 32 + 16;
+            resize(groups + more);
+            for (std::size_t i = 1; i <= more; ++i) free_groups.push_back(static_cast<std::uint32_t>(groups - i));
+        }
+        const std::uint32_t g = free_groups.back();
+        free_groups.pop_back();
+        return g;
+    }
+    /// All that is known of one particle.
+    struct One {
+        Real numbers[34];
+        std::uint32_t id;
+        std::uint8_t material;
+    };
+    One get(std::size_t slot) const {
+        One one{{}, id[slot], several_materials ? material[slot] : std::uint8_t(0)};
+        Real* next = one.numbers;
+        for_each_field([&](const auto& field) { for (int c = 0; c < field.components; ++c) *next++ = field.at(slot, c); });
+        return one;
+    }
+    void put(std::size_t slot, const One& one) {
+        const Real* next = one.numbers;
+        for_each_field([&](auto& field) { for (int c = 0; c < field.components; ++c) field.at(slot, c) = *next++; });
+        id[slot] = one.id;
+        if (several_materials) material[slot] = one.material;
+    }
+    /// Nothing, where it does no harm to what is reckoned beside it.
+    void empty(std::size_t slot) {
+        One nothing{};
+        Real* F = nothing.numbers + 6;
+        for (int a = 0; a < 3; ++a) nothing.numbers[a] = x.at(slot, a), F[4 * a] = 1;
+        F[9] = 1;   // J_P
+        put(slot, nothing);
+    }
+    /// Every field of numbers that there is, for what treats them all alike.
+    template <class F> void for_each_field(F&& f) const {
+        f(x), f(v), f(Fe), f(Jp), f(tau), f(m), f(V0);
+        if (affine) f(C);
+    }
+    template <class F> void for_each_field(F&& f) {
+        f(x), f(v), f(Fe), f(Jp), f(tau), f(m), f(V0);
+        if (affine) f(C);
     }
 };
-
-/// The six numbers of a symmetric matrix, as `Particles::tau` keeps them.
-template <class T> Eigen::Matrix<T, 6, 1> upper_triangle(const Mat3<T>& S) {
-    Eigen::Matrix<T, 6, 1> s;
-    s << S(0, 0), S(0, 1), S(0, 2), S(1, 1), S(1, 2), S(2, 2);
-    return s;
-}
 
 }  // namespace firn

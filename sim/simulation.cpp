@@ -18,7 +18,7 @@ template <class Real, class F> auto choose(const Solver& s, F&& f) {
 }  // namespace
 
 std::unique_ptr<Simulation> make_simulation(const Setup& setup, ParticleSet&& start) {
-    const auto make = [&]<class M>() -> std::unique_ptr<Simulation> { return std::make_unique<M>(setup, start); };
+    const auto make = [&]<class M>() -> std::unique_ptr<Simulation> { return std::make_unique<M>(setup, std::move(start)); };
     return setup.solver.precision == Precision::single ? choose<float>(setup.solver, make)
                                                        : choose<double>(setup.solver, make);
 }
@@ -42,21 +42,13 @@ std::size_t bytes_per_node(const Solver& s) {
 }
 
 std::size_t count_nodes(const ParticleSet& particles, double h, Weights weights) {
-    const bool cubic = weights == Weights::cubic;
-    std::vector<Run> all;
-    for (std::uint32_t p = 0; p < particles.size(); ++p) {
-        Vec3i base;
-        for (int a = 0; a < 3; ++a) {
-            const double X = particles.x[p](a) / h;
-            const double first = cubic ? BSpline<Weights::cubic>::base(X) : BSpline<Weights::quadratic>::base(X);
-            base(a) = static_cast<int>(std::clamp(first, -2e9, 2e9));
-        }
-        const Vec3i block(base(0) >> 2, base(1) >> 2, base(2) >> 2);
-        if (all.empty() || all.back().block != block) all.push_back({block, p, p, 0});
-        ++all.back().end;
-        all.back().bases |= node_bit(base(0) & 3, base(1) & 3, base(2) & 3);
-    }
-    return arrange(all, particles.size(), cubic ? 4 : 3).nodes;
+    const auto count = [&]<Weights kind>() {
+        Blocks blocks;
+        blocks.link(arrange<kind, double>(particles.size(), h, [&](std::size_t p) {
+            return Vec3d(particles.x[p].cwiseMax(-1e9 * h).cwiseMin(1e9 * h)); }).blocks, BSpline<kind>::width);
+        return blocks.nodes;
+    };
+    return weights == Weights::cubic ? count.template operator()<Weights::cubic>() : count.template operator()<Weights::quadratic>();
 }
 
 double estimate_steps(const Setup& setup, const ParticleSet& particles, double seconds) {

@@ -22,6 +22,15 @@ struct Setup {
     std::vector<Collider> colliders;
 };
 
+/// Where a step's time goes [s].
+struct PhaseSeconds {
+    double sort = 0;                    ///< blocks, nodes and links under the particles.
+    double scatter = 0;                 ///< steps 1 and 3.
+    double grid = 0;                    ///< steps 4 and 5, and the check of the step.
+    double solve = 0;                   ///< step 6.
+    double gather = 0;                  ///< steps 7 to 10.
+};
+
 /// What one step did.
 struct StepReport {
     double dt = 0;                      ///< Δt taken [s].
@@ -30,6 +39,7 @@ struct StepReport {
     bool converged = true;              ///< false: the last residual is above the tolerance.
     int rejected = 0;                   ///< attempts with a longer Δt that were thrown away before this one.
     std::size_t nodes = 0;              ///< grid nodes in use.
+    PhaseSeconds seconds{};
 
     void add(const Convergence& c) { iterations += c.iterations, residuals = c.history, converged = c.converged; }
 };

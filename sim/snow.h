@@ -1,5 +1,5 @@
 #pragma once
-#include "sim/decomposition.h"
+#include "sim/stretch.h"
 
 // Snow as an elasto-plastic solid: Stomakhin, Schroeder, Chai, Teran, Selle, "A material point method for
 // snow simulation", SIGGRAPH 2013, and its technical report of January 2013 ("report").
@@ -69,6 +69,15 @@ template <class T> T energy_density(const Vec3<T>& s, const Lame<T>& k) {
     return k.mu * Vec3<T>(s - Vec3<T>::Ones()).squaredNorm() + k.lambda / T(2) * (J - T(1)) * (J - T(1));
 }
 
+/// J − 1 of Y = V − I, F = V R, without the loss of digits of det F − 1.
+template <class T> T volume_strain(const Symmetric<T>& Y) { return Y.trace() + Y.second_invariant() + Y.determinant(); }
+
+/// The same of Y = V − I:  Ψ = μ ‖Y‖² + λ/2 (J − 1)²
+template <class T> T energy_density(const Symmetric<T>& Y, const Lame<T>& k) {
+    const T j = volume_strain(Y);
+    return k.mu * Y.squared_norm() + k.lambda / T(2) * j * j;
+}
+
 /// P = ∂Ψ/∂F = 2μ (F − R) + λ (J − 1) cof F                                                  report, sec. 2
 template <class T> Mat3<T> stress(const Elastic<T>& e, const Lame<T>& k) {
     return T(2) * k.mu * (e.F - e.R) + k.lambda * (e.J - T(1)) * e.cof;
@@ -81,77 +90,85 @@ template <class T> Mat3<T> cross_matrix(const Vec3<T>& w) {
     return W;
 }
 
-/// (tr S · I − S)⁻¹, the inverse of the report's 3×3 system for δR. Its eigenvalues are the pairwise sums of
-/// F's singular values: finite for every F that is not inverted.
-template <class T> Mat3<T> rotation_system_inverse(const Mat3<T>& S) {
-    const Mat3<T> K = S.trace() * Mat3<T>::Identity() - S;
-    const Mat3<T> C = cofactor(K);
-    return C / K.col(0).dot(C.col(0));  // symmetric, so no transpose
+/// P F_Eᵀ for F_E = V R, Y = V − I: the Kirchhoff stress τ = 2μ (V² − V) + λ (J − 1) J I [Pa], so that V⁰ τ = V⁰ P F_Eᵀ
+/// is what the force (2) needs of a particle. (σ = τ / J: J cancels there.)
+template <class T> Symmetric<T> kirchhoff_stress(const Symmetric<T>& Y, const Lame<T>& k) {
+    const T j = volume_strain(Y);
+    return (Y + Y.squared()) * (T(2) * k.mu) + Symmetric<T>::identity() * (k.lambda * j * (j + T(1)));
 }
 
-/// δR from Rᵀ δF − δFᵀ R = (Rᵀ δR) S + S (Rᵀ δR). Both sides are skew; with Rᵀ δR = [ω]ₓ the right one is
-/// [(tr S · I − S) ω]ₓ.                                                                      report, sec. 2
-template <class T> Mat3<T> rotation_differential(const Mat3<T>& R, const Mat3<T>& K_inverse, const Mat3<T>& dF) {
-    const Mat3<T> RtdF = R.transpose() * dF;
-    const Vec3<T> axial(RtdF(2, 1) - RtdF(1, 2), RtdF(0, 2) - RtdF(2, 0), RtdF(1, 0) - RtdF(0, 1));
-    return R * cross_matrix(Vec3<T>(K_inverse * axial));
+/// ω of δR = [ω]ₓ R along δF = G F, F = V R. The skew part of G V = δV + V [ω]ₓ is G V − V Gᵀ = V [ω]ₓ + [ω]ₓ V, and that
+/// is [(tr V · I − V) ω]ₓ: the report's 3×3 system for δR, in the frame of the world. `K` is (tr V · I − V)⁻¹, finite for
+/// every F that is not inverted.                                                             report, sec. 2
+template <class T> Vec3<T> rotation_differential(const Symmetric<T>& K, const Mat3<T>& GV) {
+    return K * Vec3<T>(GV(2, 1) - GV(1, 2), GV(0, 2) - GV(2, 0), GV(1, 0) - GV(0, 1));
 }
 
-/// δ(cof F) along δF, by the product rule on its columns.
-template <class T> Mat3<T> cofactor_differential(const Mat3<T>& F, const Mat3<T>& dF) {
-    Mat3<T> C;
-    for (int i = 0; i < 3; ++i) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        C.col(i) = dF.col(j).cross(F.col(k)) + F.col(j).cross(dF.col(k));
+/// δP F_Eᵀ along δF = G F_E in the frame of the world, the report's A_p F_Eᵀ of (4): with F = V R, δR = [ω]ₓ R,
+///
+///   2μ (G V − [ω]ₓ) V + λ J ((2J − 1) tr G I − (J − 1) Gᵀ)
+///
+/// since δF Fᵀ = G V², δR Fᵀ = [ω]ₓ V, (cof F : δF) cof F Fᵀ = J² tr G I and δ(cof F) Fᵀ = J (tr G I − Gᵀ).
+template <class T> struct KirchhoffDifferential {
+    Symmetric<T> V, K;          ///< left stretch, (tr V · I − V)⁻¹
+    T mu2, trace, transposed;   ///< 2μ, λ J (2J − 1), λ J (J − 1)
+
+    KirchhoffDifferential() = default;
+    KirchhoffDifferential(const Symmetric<T>& Y, const Lame<T>& k)
+        : V(Y + Symmetric<T>::identity()), K((Symmetric<T>::identity() * V.trace() - V).inverse()), mu2(T(2) * k.mu) {
+        const T j = volume_strain(Y);
+        trace = k.lambda * (j + T(1)) * (j + j + T(1)), transposed = k.lambda * (j + T(1)) * j;
     }
-    return C;
-}
-
-/// δP = 2μ (δF − δR) + λ (cof F : δF) cof F + λ (J − 1) δ(cof F)                             report, sec. 2
-template <class T> Mat3<T> stress_differential(const Mat3<T>& F, const Mat3<T>& dR, const Lame<T>& k, const Mat3<T>& dF) {
-    const Mat3<T> cof = cofactor(F);
-    const T J = F.col(0).dot(cof.col(0));
-    const T dJ = cof.cwiseProduct(dF).sum();
-    return T(2) * k.mu * (dF - dR) + k.lambda * dJ * cof + k.lambda * (J - T(1)) * cofactor_differential(F, dF);
-}
-template <class T> Mat3<T> stress_differential(const Elastic<T>& e, const Lame<T>& k, const Mat3<T>& dF) {
-    return stress_differential(e.F, rotation_differential(e.R, rotation_system_inverse(e.S), dF), k, dF);
-}
-
-/// P F_Eᵀ for F_E = U Σ Vᵀ: the Kirchhoff stress τ = U diag(2μ (s − 1) s + λ (J − 1) J) Uᵀ [Pa], so that
-/// V⁰ τ = V⁰ P F_Eᵀ is what the force (2) needs of a particle. (σ = τ / J: J cancels there.)
-template <class T> Mat3<T> kirchhoff_stress(const Mat3<T>& U, const Vec3<T>& s, const Lame<T>& k) {
-    const T J = s(0) * s(1) * s(2);
-    Vec3<T> t;
-    for (int i = 0; i < 3; ++i) t(i) = T(2) * k.mu * (s(i) - T(1)) * s(i) + k.lambda * (J - T(1)) * J;
-    return U * t.asDiagonal() * U.transpose();
-}
+    Mat3<T> operator()(const Mat3<T>& G) const {
+        Mat3<T> A = G * V.matrix();
+        A -= cross_matrix(rotation_differential(K, A));
+        A = mu2 * (A * V.matrix()) - transposed * G.transpose();
+        const T pressure = trace * G.trace();
+        for (int i = 0; i < 3; ++i) A(i, i) += pressure;
+        return A;
+    }
+};
 
 /// A particle's elastic state after the return mapping.
 template <class T> struct Returned {
     Mat3<T> Fe;
     T Jp;
-    Mat3<T> tau;  ///< P F_Eᵀ at the hardened μ, λ [Pa].
-    Lame<T> k;    ///< hardened by the new J_P.
-    T energy_density;  ///< Ψ [J/m³]
+    Symmetric<T> tau;   ///< P F_Eᵀ at the hardened μ, λ [Pa].
+    Lame<T> k;          ///< hardened by the new J_P.
+    T energy_density;   ///< Ψ [J/m³]
 };
 
-/// Return mapping. F̂_E = U Σ̂ Vᵀ with U, V rotations:  Σ ← clamp(Σ̂, 1 − θ_c, 1 + θ_s),  F_E ← U Σ Vᵀ.
+/// Return mapping. F̂_E = U Σ̂ Wᵀ with U, W rotations:  Σ ← clamp(Σ̂, 1 − θ_c, 1 + θ_s),  F_E ← U Σ Wᵀ = U (Σ/Σ̂) Uᵀ F̂_E.
 /// What is cut from F_E goes to F_P, so that J_E J_P stays what it was:  J_P ← J_P det F̂_E / det F_E.
 /// F̂_E that needs no cut is kept to the bit.                                                 paper, sec. 7
 template <class T> Returned<T> return_map(const SnowModel<T>& s, const Mat3<T>& Fe_trial, T Jp) {
-    const Decomposition<T> d = decompose(Fe_trial);
-    Vec3<T> sigma;
-    for (int i = 0; i < 3; ++i) sigma(i) = clamp(d.s(i), s.low, s.high);
-    const T cut = absolute(T(d.s(0) - sigma(0))) + absolute(T(d.s(1) - sigma(1))) + absolute(T(d.s(2) - sigma(2)));
-    const auto plastic = cut > T(0);
-    const Mat3<T> Fe = d.U * sigma.asDiagonal() * d.V.transpose();
+    using Scalar = typename ScalarOf<T>::type;
+    const Symmetric<T> X = cauchy_green(Fe_trial), I = Symmetric<T>::identity();
+    const T norm2 = X.squared_norm(), lowest = s.low * s.low - T(1), highest = s.high * s.high - T(1);
+    const auto near = norm2 < T(Scalar(series_radius * series_radius));
+    auto elastic = norm2 < minimum(T(lowest * lowest), T(highest * highest));
+    if (any(!elastic)) elastic = elastic | (positive_definite(X - I * lowest) & positive_definite(I * highest - X));
     Returned<T> r;
-    for (int i = 0; i < 9; ++i) r.Fe(i) = select(plastic, Fe(i), Fe_trial(i));
-    r.Jp = select(plastic, T(Jp * (d.s(0) * d.s(1) * d.s(2)) / (sigma(0) * sigma(1) * sigma(2))), Jp);
+    r.Fe = Fe_trial, r.Jp = Jp;
+    Symmetric<T> Y = root_series(X);
+    if (any(!(elastic & near))) {
+        const SingularSystem<T> l = singular_system(Fe_trial, X);
+        Vec3<T> sigma, ratio;
+        for (int i = 0; i < 3; ++i) {
+            sigma(i) = select(elastic, l.s(i), clamp(l.s(i), s.low, s.high));
+            ratio(i) = select(elastic, T(1), T(sigma(i) / l.s(i)));
+        }
+        r.Fe += turned(l.U, Vec3<T>(ratio - Vec3<T>::Ones())).matrix() * Fe_trial;
+        if (any(l.far)) {
+            const Mat3<T> whole = l.U * sigma.asDiagonal() * l.W.transpose();
+            for (int i = 0; i < 9; ++i) r.Fe(i) = select(l.far & !elastic, whole(i), r.Fe(i));
+        }
+        r.Jp = select(elastic, Jp, T(Jp * (l.s(0) * l.s(1) * l.s(2)) / (sigma(0) * sigma(1) * sigma(2))));
+        Y = select(elastic & near, Y, turned(l.U, Vec3<T>(sigma - Vec3<T>::Ones())));
+    }
     r.k = hardened(s, r.Jp);
-    r.tau = kirchhoff_stress(d.U, sigma, r.k);
-    r.energy_density = energy_density(sigma, r.k);
+    r.tau = kirchhoff_stress(Y, r.k);
+    r.energy_density = energy_density(Y, r.k);
     return r;
 }
 

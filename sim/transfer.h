@@ -1,10 +1,6 @@
 #pragma once
-#include "sim/grid.h"
+#include "sim/arrangement.h"
 #include "sim/snow.h"
-
-#include <algorithm>
-#include <stdexcept>
-#include <string>
 
 namespace firn {
 
@@ -15,148 +11,185 @@ SnowModel<Pack<Real, lanes>> models_of(const Particles<Real>& ps, const std::vec
     using P = Pack<Real, lanes>;
     const SnowModel<Real>& s = all[0];
     SnowModel<P> m{P(s.mu0), P(s.lambda0), P(s.xi), P(s.low), P(s.high), P(s.Jp_min)};
-    if (ps.material.empty()) return m;
-    for (std::size_t p = group * lanes; p < std::min((group + 1) * lanes, ps.n); ++p) {
-        const SnowModel<Real>& own = all[ps.material[p]];
-        const int l = p % lanes;
+    if (!ps.several_materials) return m;
+    for (int l = 0; l < lanes; ++l) {
+        const SnowModel<Real>& own = all[ps.material[group * lanes + l]];
         m.mu0.lanes[l] = own.mu0, m.lambda0.lanes[l] = own.lambda0, m.xi.lanes[l] = own.xi;
         m.low.lanes[l] = own.low, m.high.lanes[l] = own.high, m.Jp_min.lanes[l] = own.Jp_min;
     }
     return m;
 }
 
-/// Stretches of consecutive particles with their base nodes in one block (input of `arrange`).
-/// Throws std::out_of_range with the number of the first particle that is nowhere: NaN, beyond 2·10⁹ nodes, or so
-/// far out that Real does not tell sixteenths of a cell apart.
-template <Weights kind, class Real> std::vector<Run> runs(const Particles<Real>& ps, Real h) {
-    constexpr std::ptrdiff_t chunk = 4096;
-    constexpr Real farthest = sizeof(Real) == 4 ? Real(1 << 20) : Real(2e9);
-    const auto n = static_cast<std::ptrdiff_t>(ps.n), chunks = (n + chunk - 1) / chunk;
-    std::vector<std::vector<Run>> parts(chunks);
-    std::ptrdiff_t lost = n;
-#pragma omp parallel for schedule(static) reduction(min : lost)
-    for (std::ptrdiff_t c = 0; c < chunks; ++c) {
-        std::vector<Run>& part = parts[c];
-        for (auto p = c * chunk; p < std::min((c + 1) * chunk, n); ++p) {
-            Vec3<Real> base;
-            for (int a = 0; a < 3; ++a) base(a) = BSpline<kind>::base(ps.x.at(p, a) / h);
-            if (!(base.cwiseAbs().maxCoeff() < farthest) || base.hasNaN()) { lost = std::min(lost, p); break; }
-            const Vec3i block(int(base(0)) >> 2, int(base(1)) >> 2, int(base(2)) >> 2);
-            const auto index = static_cast<std::uint32_t>(p);
-            if (part.empty() || part.back().block != block) part.push_back({block, index, index, 0});
-            ++part.back().end;
-            part.back().bases |= node_bit(int(base(0)) & 3, int(base(1)) & 3, int(base(2)) & 3);
+/// A group's particles on the nodes of their block: weights, and where in the block's tile their stencils begin. Under
+/// APIC also the first moments m_k = w_k (x_k − x_p)/h, which sum to zero as the derivatives do.
+template <class Real, Weights kind, Transfer transfer> struct Reach : Stencils<Real, kind> {
+    using P = Pack<Real, lanes>;
+    using N8 = Node<Real>;
+    static constexpr int width = BSpline<kind>::width;
+    static constexpr bool apic = transfer == Transfer::apic;
+    std::array<int, lanes> at;
+    P moment[3][apic ? width : 1];
+
+    Reach(const Vec3<P>& x, const ParticleBlock& b, Real h) : Reach(Place<kind, P>(x, P(h)), b, h) {}
+
+    /// Of particle l along an axis: the derivative for the upper half of a node, the moment for the lower one.
+    N8 moment_and_slope(int axis, int k, int l) const {
+        if constexpr (apic) return halves(N8(moment[axis][k][l]), N8(this->dN[axis][k][l]));
+        else return N8(this->dN[axis][k][l]);
+    }
+    /// The derivative for the lower half, the moment for the upper one.
+    N8 slope_and_moment(int axis, int k, int l) const {
+        if constexpr (apic) return halves(N8(this->dN[axis][k][l]), N8(moment[axis][k][l]));
+        else return N8(this->dN[axis][k][l]);
+    }
+    /// w_k along z becomes w_k + w_{k+1} + …, as a sloped tile needs it.
+    void sum_up_z() {
+        for (int k = width - 1; k > 1; --k) {
+            this->N[2][k - 1] += this->N[2][k], this->dN[2][k - 1] += this->dN[2][k];
+            if constexpr (apic) moment[2][k - 1] += moment[2][k];
         }
     }
-    if (lost < n) throw std::out_of_range(std::to_string(lost));
-    std::vector<Run> all;
-    for (const std::vector<Run>& part : parts) all.insert(all.end(), part.begin(), part.end());
-    return all;
-}
+
+private:
+    Reach(const Place<kind, P>& place, const ParticleBlock& b, Real h) : Stencils<Real, kind>(place.t, h) {
+        Vec3<P> local;
+        for (int a = 0; a < 3; ++a) local(a) = place.base(a) - P(Real(block_width * b.coordinates(a)));
+        at = integers(Tile<int, width>::index(local(0), local(1), local(2)));
+        if constexpr (apic)
+            for (int a = 0; a < 3; ++a)
+                for (int k = 0; k < width; ++k) moment[a][k] = (P(Real(k)) - place.t(a)) * this->N[a][k];
+    }
+};
 
 /// Steps 1 and 3 in one pass:  m_i = Σ_p m_p w_ip,  (m v)_i = Σ_p m_p v_p w_ip  (APIC: v_p + C_p (x_i − x_p)),
 /// f_i = −Σ_p V_p⁰ P F_Eᵀ ∇w_ip, the report's (2) at x̂ = x.
 template <Weights kind, Transfer transfer, class Real>
 void rasterize_with_forces(const Particles<Real>& ps, Grid<Real>& grid) {
     constexpr int width = BSpline<kind>::width;
+    using P = Pack<Real, lanes>;
     using N8 = Node<Real>;
-    grid.nodes.assign(grid.size(), N8(0));
+    grid.nodes.resize(grid.size());
+    const auto n = static_cast<std::ptrdiff_t>(grid.size());
+#pragma omp parallel for schedule(static)
+    for (std::ptrdiff_t i = 0; i < n; ++i) grid.nodes[i] = N8(0);
     scatter_blocks<width>(grid.blocks, grid.nodes, [&](const ParticleBlock& b, auto& tile) {
-        const Vec3i origin = block_width * b.coordinates;
-        for (std::uint32_t p = b.begin; p < b.end; ++p) {
-            const Stencil<Real, kind> s(vector_of(ps.x, p), grid.h);
-            const Vec3i at = s.base - origin;
-            const Real m = ps.m.at(p), V0 = ps.V0.at(p);
-            const Mat3<Real> f = -V0 * ps.stress(p);  // times ∇w_ip
-            Vec3<Real> mv = m * vector_of(ps.v, p);
-            Mat3<Real> mC;                            // momentum per node along each axis
-            if constexpr (transfer == Transfer::apic) {
-                mC = m * grid.h * matrix_of(ps.C, p);
-                mv -= mC * Vec3<Real>(s.t[0], s.t[1], s.t[2]);
-            }
-            const auto node = [](const Vec3<Real>& low, Real m_i, const Vec3<Real>& high) {
-                return N8::of(low(0), low(1), low(2), m_i, high(0), high(1), high(2), 0); };
-            const Vec3<Real> none(0, 0, 0);
-            const N8 momentum = node(mv, m, none);
-            const N8 fx = node(none, 0, f.col(0)), fy = node(none, 0, f.col(1)), fz = node(none, 0, f.col(2));
-
-            // Σ over a product of weights, taken apart axis by axis; along z, momentum and force share a number.
-            N8 Nz[width], dNz[width];
-            for (int k = 0; k < width; ++k) {
-                Nz[k] = N8(s.N[2][k]), dNz[k] = N8(s.dN[2][k]);
-                if constexpr (transfer == Transfer::apic) {
-                    const Real z = Real(k) * s.N[2][k], d = s.dN[2][k];
-                    dNz[k] = N8::of(z, z, z, 0, d, d, d, 0);
-                }
-            }
-            for (int i = 0; i < width; ++i) {
-                N8 of_x = N8(s.N[0][i]) * momentum + N8(s.dN[0][i]) * fx;
-                const N8 of_y = N8(s.N[0][i]) * fy;
-                N8 of_z = fz;
-                if constexpr (transfer == Transfer::apic) {
-                    of_x += N8(Real(i) * s.N[0][i]) * node(mC.col(0), 0, none);
-                    of_z += node(mC.col(2), 0, none);
-                }
-                of_z *= N8(s.N[0][i]);
-                for (int j = 0; j < width; ++j) {
-                    N8 of_xy = N8(s.N[1][j]) * of_x + N8(s.dN[1][j]) * of_y;
-                    if constexpr (transfer == Transfer::apic)
-                        of_xy += N8(Real(j) * s.N[1][j] * s.N[0][i]) * node(mC.col(1), 0, none);
-                    const N8 of_yz = N8(s.N[1][j]) * of_z;
-                    N8* row = &tile.values[tile.index(at(0) + i, at(1) + j, at(2))];
-                    for (int k = 0; k < width; ++k) row[k] += Nz[k] * of_xy + dNz[k] * of_yz;
+        for (std::size_t k = 0; k < b.groups.size(); ++k) {
+            const std::uint32_t g = b.groups[k];
+            const Reach<Real, kind, transfer> r(vectors_of(ps.x, g), b, grid.h);
+            const P m = ps.m.pack(g), V0 = ps.V0.pack(g);
+            const auto f = [&](int i) { return -V0 * ps.tau.pack(g, i); };
+            const auto mC = [&](int i) { return transfer == Transfer::apic ? P(m * P(grid.h) * ps.C.pack(g, i)) : P(0); };
+            // What goes to a node: (m v, m | 0) w + Σ_a (m h C e_a, 0 | f e_a) ∂_a w.
+            std::array<P, 8> plain{m * ps.v.pack(g, 0), m * ps.v.pack(g, 1), m * ps.v.pack(g, 2), m, P(0), P(0), P(0), P(0)};
+            std::array<P, 8> along_x{mC(0), mC(1), mC(2), P(0), f(0), f(1), f(2), P(0)};
+            std::array<P, 8> along_y{mC(3), mC(4), mC(5), P(0), f(1), f(3), f(4), P(0)};
+            std::array<P, 8> along_z{mC(6), mC(7), mC(8), P(0), f(2), f(4), f(5), P(0)};
+            transpose(plain), transpose(along_x), transpose(along_y), transpose(along_z);
+            const int count = b.count_in(k);
+#pragma GCC unroll 1  // a lane that is not known broadcasts from memory, which is what costs least
+            for (int l = 0; l < count; ++l) {
+                // Σ over a product of weights, taken apart axis by axis.
+                N8 Nz[width], dNz[width];
+                for (int c = 0; c < width; ++c) Nz[c] = N8(r.N[2][c][l]), dNz[c] = r.moment_and_slope(2, c, l);
+                N8* corner = &tile.values[r.at[l]];
+                for (int i = 0; i < width; ++i) {
+                    const N8 N(r.N[0][i][l]);
+                    const N8 of_x = N * plain[l] + r.moment_and_slope(0, i, l) * along_x[l];
+                    const N8 of_y = N * along_y[l], of_z = N * along_z[l];
+                    for (int j = 0; j < width; ++j) {
+                        const N8 M(r.N[1][j][l]);
+                        const N8 of_xy = M * of_x + r.moment_and_slope(1, j, l) * of_y, of_yz = M * of_z;
+                        N8* row = corner + tile.index(i, j, 0);
+                        for (int c = 0; c < width; ++c) row[c] = dNz[c] * of_yz + (Nz[c] * of_xy + row[c]);
+                    }
                 }
             }
         }
     });
 }
 
-/// Σ_i w_ip N_i of a particle and its derivatives; under APIC the upper half of a derivative is the first
-/// moment Σ_i w_ip N_i (x_i − x_p)_a / h instead.
-template <class Value> struct Interpolated { Value value, d[3]; };
+/// Σ_i w_ip N_i of a particle and its derivatives in the lower halves; under APIC the upper half of a derivative is the
+/// first moment Σ_i w_ip N_i (x_i − x_p)_a / h.
+template <class Real> struct Interpolated { Node<Real> value, d[3]; };
 
-template <Weights kind, Transfer transfer, class Real, class Value>
-Interpolated<Value> interpolate(const Tile<Value, BSpline<kind>::width>& tile, const ParticleBlock& b,
-                                const Stencil<Real, kind>& s) {
+/// Of particle l, whose weights along z are summed up.
+template <class Real, Weights kind, Transfer transfer>
+Interpolated<Real> interpolate(const SlopedTile<Node<Real>, BSpline<kind>::width>& tile, const Reach<Real, kind, transfer>& r, int l) {
     constexpr int width = BSpline<kind>::width;
-    const Vec3i at = s.base - block_width * b.coordinates;
-    Value d[3][width];
-    for (int a = 0; a < 3; ++a)
-        for (int k = 0; k < width; ++k) {
-            d[a][k] = Value(s.dN[a][k]);
-            if constexpr (transfer == Transfer::apic) {
-                const Real g = s.dN[a][k], moment = (Real(k) - s.t[a]) * s.N[a][k];
-                d[a][k] = Value::of(g, g, g, 0, moment, moment, moment, 0);
-            }
-        }
-    Interpolated<Value> r{Value(0), {Value(0), Value(0), Value(0)}};
+    using N8 = Node<Real>;
+    const N8 *nodes = &tile.nodes.values[r.at[l]], *steps = &tile.steps.values[r.at[l]];
+    N8 Wz[width], dWz[width];
+    for (int c = 1; c < width; ++c) Wz[c] = N8(r.N[2][c][l]), dWz[c] = r.slope_and_moment(2, c, l);
+    Interpolated<Real> s{N8(0), {N8(0), N8(0), N8(0)}};
     for (int i = 0; i < width; ++i) {
-        Value value(0), dy(0), dz(0);
+        N8 value(0), dy(0), dz(0);
         for (int j = 0; j < width; ++j) {
-            const Value* row = &tile.values[tile.index(at(0) + i, at(1) + j, at(2))];
-            Value sum(0), sum_dz(0);
-            for (int k = 0; k < width; ++k) sum += Value(s.N[2][k]) * row[k], sum_dz += d[2][k] * row[k];
-            value += Value(s.N[1][j]) * sum;
-            dy += d[1][j] * sum;
-            dz += Value(s.N[1][j]) * sum_dz;
+            const int row = tile.nodes.index(i, j, 0);
+            N8 sum = nodes[row], sum_dz(0);
+            for (int c = 1; c < width; ++c) sum += Wz[c] * steps[row + c], sum_dz += dWz[c] * steps[row + c];
+            const N8 M(r.N[1][j][l]);
+            value += M * sum;
+            dy += r.slope_and_moment(1, j, l) * sum;
+            dz += M * sum_dz;
         }
-        r.value += Value(s.N[0][i]) * value;
-        r.d[0] += d[0][i] * value;
-        r.d[1] += Value(s.N[0][i]) * dy;
-        r.d[2] += Value(s.N[0][i]) * dz;
+        const N8 N(r.N[0][i][l]);
+        s.value += N * value;
+        s.d[0] += r.slope_and_moment(0, i, l) * value;
+        s.d[1] += N * dy;
+        s.d[2] += N * dz;
     }
-    return r;
+    return s;
+}
+
+/// What a group's particles see of the nodes, a particle in each lane.
+template <class Real> struct Seen {
+    using P = Pack<Real, lanes>;
+    Vec3<P> high;           ///< Σ_i w_ip of the nodes' upper halves.
+    Mat3<P> gradient;       ///< Σ_i low_i ∇w_ipᵀ
+    Mat3<P> moment;         ///< APIC: Σ_i w_ip high_i (x_i − x_p)ᵀ / h
+};
+/// The weights along z are summed up.
+template <class Real, Weights kind, Transfer transfer>
+Seen<Real> look(const SlopedTile<Node<Real>, BSpline<kind>::width>& tile, const Reach<Real, kind, transfer>& r, int count) {
+    using N8 = Node<Real>;
+    std::array<N8, lanes> a, b, c, d;
+#pragma GCC unroll 1
+    for (int l = count; l < lanes; ++l) a[l] = b[l] = c[l] = d[l] = N8(0);
+#pragma GCC unroll 1
+    for (int l = 0; l < count; ++l) {
+        const Interpolated<Real> s = interpolate(tile, r, l);
+        if constexpr (transfer == Transfer::apic) a[l] = s.value, b[l] = s.d[0], c[l] = s.d[1], d[l] = s.d[2];
+        else a[l] = halves(s.d[0], s.value), b[l] = halves(s.d[1], exchanged(s.d[2]));
+    }
+    transpose(a), transpose(b);
+    Seen<Real> seen;
+    for (int i = 0; i < 3; ++i) seen.high(i) = a[4 + i];
+    if constexpr (transfer == Transfer::apic) {
+        transpose(c), transpose(d);
+        for (int i = 0; i < 3; ++i) {
+            seen.gradient(i, 0) = b[i], seen.gradient(i, 1) = c[i], seen.gradient(i, 2) = d[i];
+            seen.moment(i, 0) = b[4 + i], seen.moment(i, 1) = c[4 + i], seen.moment(i, 2) = d[4 + i];
+        }
+    } else {
+        for (int i = 0; i < 3; ++i) seen.gradient(i, 0) = a[i], seen.gradient(i, 1) = b[i], seen.gradient(i, 2) = b[4 + i];
+    }
+    return seen;
 }
 
 /// Step 2:  ρ_p = Σ_i m_i w_ip / h³,  V_p⁰ = m_p / ρ_p, for particles that have no volume yet.
 template <Weights kind, class Real> void set_volumes(Particles<Real>& ps, const Grid<Real>& grid) {
-    gather_groups<BSpline<kind>::width>(grid.blocks, ps.n, grid.nodes, [&](std::size_t group, auto& tile_of) {
-        for (std::size_t p = group * lanes; p < std::min((group + 1) * lanes, ps.n); ++p) {
-            if (ps.V0.at(p) > 0) continue;
-            const auto [tile, block] = tile_of(p);
-            const Stencil<Real, kind> s(vector_of(ps.x, p), grid.h);
-            const Real m = interpolate<kind, Transfer::flip>(tile, block, s).value[3];
-            ps.V0.at(p) = ps.m.at(p) / (m / (grid.h * grid.h * grid.h));
+    gather_blocks<BSpline<kind>::width>(grid.blocks, grid.nodes, [&](std::size_t n, const auto& tile) {
+        const ParticleBlock& b = grid.blocks.particle_blocks[n];
+        for (std::size_t k = 0; k < b.groups.size(); ++k) {
+            const std::uint32_t g = b.groups[k];
+            const int count = b.count_in(k);
+            Reach<Real, kind, Transfer::flip> r(vectors_of(ps.x, g), b, grid.h);
+            r.sum_up_z();
+            for (int l = 0; l < count; ++l) {
+                const std::size_t slot = std::size_t(lanes) * g + l;
+                const Real rho = interpolate(tile, r, l).value[3] / (grid.h * grid.h * grid.h);
+                if (!(ps.V0.at(slot) > 0)) ps.V0.at(slot) = ps.m.at(slot) / rho;
+            }
         }
     });
 }

@@ -10,14 +10,15 @@ namespace {
 /// Calls f(x_i − x_p, w_ip, ∇w_ip) for every node of a stencil with h = 0.3.
 template <Weights kind, class F> void for_each_node(const Vec3d& x, F&& f) {
     const double h = 0.3;
-    const Stencil<double, kind> s(x, h);
+    const Place<kind, double> place(x, h);
+    const Stencils<double, kind> s(place.t.template cast<Pack<double, lanes>>(), h);
     for (int i = 0; i < s.width; ++i)
         for (int j = 0; j < s.width; ++j)
             for (int k = 0; k < s.width; ++k) {
-                const Vec3d dx = h * (s.base + Vec3i(i, j, k)).template cast<double>() - x;
-                f(dx, s.N[0][i] * s.N[1][j] * s.N[2][k],
-                  Vec3d(s.dN[0][i] * s.N[1][j] * s.N[2][k], s.N[0][i] * s.dN[1][j] * s.N[2][k],
-                        s.N[0][i] * s.N[1][j] * s.dN[2][k]));
+                const Vec3d dx = h * (place.base + Vec3d(i, j, k)) - x;
+                f(dx, s.N[0][i][3] * s.N[1][j][3] * s.N[2][k][3],
+                  Vec3d(s.dN[0][i][3] * s.N[1][j][3] * s.N[2][k][3], s.N[0][i][3] * s.dN[1][j][3] * s.N[2][k][3],
+                        s.N[0][i][3] * s.N[1][j][3] * s.dN[2][k][3]));
             }
 }
 
@@ -77,10 +78,11 @@ TEST_CASE("gradients are the derivatives of the weights with respect to the part
 }
 
 TEST_CASE("cubic weights at a node are 1/6, 2/3, 1/6", "[bspline]") {
-    const Stencil<double, Weights::cubic> s(Vec3d(0.6, -0.3, 0), 0.3);
-    CHECK(s.N[2][0] == Approx(1.0 / 6));
-    CHECK(s.N[2][1] == Approx(2.0 / 3));
-    CHECK(s.N[2][2] == Approx(1.0 / 6));
-    CHECK(s.N[2][3] == Approx(0).margin(1e-15));
-    CHECK(s.base.z() == -1);
+    const Place<Weights::cubic, double> place(Vec3d(0.6, -0.3, 0), 0.3);
+    const Stencils<double, Weights::cubic> s(place.t.cast<Pack<double, lanes>>(), 0.3);
+    CHECK(s.N[2][0][0] == Approx(1.0 / 6));
+    CHECK(s.N[2][1][0] == Approx(2.0 / 3));
+    CHECK(s.N[2][2][0] == Approx(1.0 / 6));
+    CHECK(s.N[2][3][0] == Approx(0).margin(1e-15));
+    CHECK(place.base.z() == -1);
 }

@@ -40,7 +40,7 @@ TEST_CASE("docs/method.md names functions, files and tests that exist", "[docume
     const std::vector<std::string> tests = test_names();
     int rows = 0;
     for (std::string line; std::getline(document, line);) {
-        const auto files = all_matches(line, "\\]\\(\\.\\./(sim/[^)]*)\\)");
+        const auto files = all_matches(line, "\\]\\(\\.\\./((?:sim|tests)/[^)]*\\.h)\\)");
         if (!line.starts_with("| ") || files.empty()) continue;
         CAPTURE(line);
         REQUIRE(files.size() == 1);

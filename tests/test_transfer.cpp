@@ -13,6 +13,20 @@ namespace {
 constexpr double h = 0.1;
 const SnowModel<double> snow = model(Snow{});
 
+/// Particles at x, in their blocks: `set` fills in the rest of particle p in its slot.
+template <Weights kind, class F>
+void place_particles(Particles<double>& ps, Grid<double>& grid, const std::vector<Vec3d>& x, F&& set) {
+    Arrangement a = arrange<kind, double>(x.size(), h, [&](std::size_t p) { return x[p]; });
+    ps.resize(a.groups);
+    for (std::size_t p = 0; p < x.size(); ++p) {
+        for (int c = 0; c < 3; ++c) ps.x.at(a.slots[p], c) = x[p](c);
+        ps.id[a.slots[p]] = static_cast<std::uint32_t>(p);
+        set(p, a.slots[p]);
+    }
+    grid.h = h;
+    grid.blocks.link(std::move(a.blocks), BSpline<kind>::width);
+}
+
 /// Some particles in a lump, deformed and moving at random, with the grid under them.
 template <Weights kind> struct Lump {
     Particles<double> ps;
@@ -21,30 +35,22 @@ template <Weights kind> struct Lump {
 
     explicit Lump(std::size_t n = 43) {
         RandomInput random;
-        ps.n = n;
-        ps.x.resize(n), ps.v.resize(n), ps.Fe.resize(n), ps.Jp.resize(n), ps.tau.resize(n), ps.C.resize(n);
-        ps.m.resize(n), ps.V0.resize(n), ps.id.resize(n);
-        for (std::size_t p = 0; p < n; ++p) {
-            const Vec3d x = 0.25 * random.vector(), v = random.vector();
+        std::vector<Vec3d> x(n);
+        for (Vec3d& x_p : x) x_p = 0.25 * random.vector();
+        ps.affine = true;
+        place_particles<kind>(ps, grid, x, [&](std::size_t p, std::size_t slot) {
+            const Vec3d v = random.vector();
             const Mat3d Fe = random.rotation() * random.deformation(0.01), C = random.matrix();
-            for (int a = 0; a < 3; ++a) ps.x.at(p, a) = x(a), ps.v.at(p, a) = v(a);
-            for (int k = 0; k < 9; ++k) ps.Fe.at(p, k) = Fe(k), ps.C.at(p, k) = C(k);
-            ps.Jp.at(p) = 0.9 + 0.01 * double(p % 10);
-            ps.m.at(p) = 1 + std::abs(random.number()), ps.V0.at(p) = 1e-3 * ps.m.at(p);
-            ps.id[p] = static_cast<std::uint32_t>(p);
-            set_stress(p);
-        }
-        grid.h = h;
-        const Blocks unsorted = arrange(runs<kind>(ps, h), n, BSpline<kind>::width);
-        ps.for_each_field([&](auto& field) { std::decay_t<decltype(field)> spare; field.permute(unsorted.order, spare); });
-        grid.blocks = arrange(runs<kind>(ps, h), n, BSpline<kind>::width);
+            for (int a = 0; a < 3; ++a) ps.v.at(slot, a) = v(a);
+            for (int k = 0; k < 9; ++k) ps.Fe.at(slot, k) = Fe(k), ps.C.at(slot, k) = C(k);
+            ps.Jp.at(slot) = 0.9 + 0.01 * double(p % 10);
+            ps.m.at(slot) = 1 + std::abs(random.number()), ps.V0.at(slot) = 1e-3 * ps.m.at(slot);
+            const Mat3d tau = stress(elastic(Fe), lame(slot)) * Fe.transpose();
+            const double numbers[] = {tau(0, 0), tau(0, 1), tau(0, 2), tau(1, 1), tau(1, 2), tau(2, 2)};
+            for (int i = 0; i < 6; ++i) ps.tau.at(slot, i) = numbers[i];
+        });
     }
     Lame<double> lame(std::size_t p) const { return hardened(snow, ps.Jp.at(p)); }
-    void set_stress(std::size_t p) {
-        const Elastic<double> e = elastic(matrix_of(ps.Fe, p));
-        const auto tau = upper_triangle(Mat3d(stress(e, lame(p)) * e.F.transpose()));
-        for (int i = 0; i < 6; ++i) ps.tau.at(p, i) = tau(i);
-    }
     Vec3d position(std::size_t node) const {
         for (const GridBlock& b : grid.blocks.grid_blocks) {
             std::size_t i = b.first;
@@ -62,15 +68,20 @@ template <Weights kind> struct Lump {
     /// Φ after every node i has moved by u_i: Σ_p V_p⁰ Ψ((I + Σ_i u_i ∇w_ipᵀ) F_E).              report, (1)
     double potential(const NodeField<double>& u) const {
         double sum = 0;
+        std::vector<Node<double>> moves(grid.size());
+        for (std::size_t i = 0; i < grid.size(); ++i) moves[i] = Node<double>::of(u.at[i][0], u.at[i][1], u.at[i][2], 0, 0, 0, 0, 0);
         for (const ParticleBlock& b : grid.blocks.particle_blocks) {
-            Tile<NodeVector<double>, BSpline<kind>::width> tile;
-            tile.load(grid.blocks, b, u.at);
-            for (std::uint32_t p = b.begin; p < b.end; ++p) {
-                const auto i = interpolate<kind, Transfer::flip>(tile, b, Stencil<double, kind>(vector_of(ps.x, p), h));
+            SlopedTile<Node<double>, BSpline<kind>::width> tile;
+            tile.load(grid.blocks, b, moves);
+            for (std::uint32_t n = 0; n < b.count; ++n) {
+                Reach<double, kind, Transfer::flip> reach(vectors_of(ps.x, b.groups[n / lanes]), b, h);
+                reach.sum_up_z();
+                const auto i = interpolate(tile, reach, n % lanes);
                 Mat3d gradient;
                 for (int k = 0; k < 9; ++k) gradient(k) = i.d[k / 3][k % 3];
-                const Mat3d F = (Mat3d::Identity() + gradient) * matrix_of(ps.Fe, p);
-                sum += ps.V0.at(p) * energy_density(elastic(F), lame(p));
+                const std::size_t slot = b.slot(n);
+                const Mat3d F = (Mat3d::Identity() + gradient) * matrix_of(ps.Fe, slot);
+                sum += ps.V0.at(slot) * energy_density(elastic(F), lame(slot));
             }
         }
         return sum;
@@ -107,13 +118,13 @@ template <Weights kind, Transfer transfer> void check_conservation() {
     rasterize_with_forces<kind, transfer>(ps, lump.grid);
     double m_p = 0, m_i = 0;
     Vec3d p_p = Vec3d::Zero(), p_i = p_p, L_p = p_p, L_i = p_p, force = p_p, torque = p_p;
-    for (std::size_t p = 0; p < ps.n; ++p) {
+    lump.grid.blocks.for_each_particle([&](std::size_t p) {
         const double m = ps.m.at(p);
         const Mat3d C = matrix_of(ps.C, p);
         m_p += m, p_p += m * vector_of(ps.v, p), L_p += m * vector_of(ps.x, p).cross(vector_of(ps.v, p));
         if (transfer == Transfer::apic)
             L_p += m * BSpline<kind>::second_moment * h * h * Vec3d(C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1));
-    }
+    });
     double largest = 0;
     for (std::size_t i = 0; i < lump.grid.size(); ++i) {
         const auto& n = lump.grid.nodes[i];
@@ -212,42 +223,37 @@ TEST_CASE("force differentials cancel, a translation makes none, and a turn make
 
 TEST_CASE("deep inside a regular lattice the grid's volume is the sampled one, at a face twice it", "[transfer]") {
     // Two particles a cell along each axis; step 2's ρ_p is ρ₀ deep inside and ρ₀/2 at a flat free surface.
-    Particles<double> ps;
     const int n = 24;
-    ps.n = n * n * n;
-    ps.x.resize(ps.n), ps.v.resize(ps.n), ps.Fe.resize(ps.n), ps.Jp.resize(ps.n), ps.tau.resize(ps.n);
-    ps.m.resize(ps.n), ps.V0.resize(ps.n), ps.id.resize(ps.n);
-    for (std::size_t p = 0; p < ps.n; ++p) {
-        const Vec3d x = h / 2 * Vec3d(double(p % n) + 0.5, double(p / n % n) + 0.5, double(p / n / n) + 0.5);
-        for (int a = 0; a < 3; ++a) ps.x.at(p, a) = x(a);
-        ps.m.at(p) = 1;
-    }
+    std::vector<Vec3d> x;
+    for (int p = 0; p < n * n * n; ++p) x.push_back(h / 2 * Vec3d(p % n + 0.5, p / n % n + 0.5, p / n / n + 0.5));
+    Particles<double> ps;
     Grid<double> grid;
-    grid.h = h;
-    const Blocks unsorted = arrange(runs<Weights::cubic>(ps, h), ps.n, 4);
-    ps.for_each_field([&](auto& f) { std::decay_t<decltype(f)> spare; if (!f.empty()) f.permute(unsorted.order, spare); });
-    grid.blocks = arrange(runs<Weights::cubic>(ps, h), ps.n, 4);
+    place_particles<Weights::cubic>(ps, grid, x, [&](std::size_t, std::size_t slot) { ps.m.at(slot) = 1; });
     rasterize_with_forces<Weights::cubic, Transfer::flip>(ps, grid);
     set_volumes<Weights::cubic>(ps, grid);
     const double expected = h * h * h / 8;
-    for (std::size_t p = 0; p < ps.n; ++p) {
-        const Vec3d x = vector_of(ps.x, p) / h;
-        const double depth = std::min(x.minCoeff(), (Vec3d::Constant(n / 2) - x).minCoeff());
+    grid.blocks.for_each_particle([&](std::size_t p) {
+        const Vec3d X = vector_of(ps.x, p) / h;
+        const double depth = std::min(X.minCoeff(), (Vec3d::Constant(n / 2) - X).minCoeff());
         if (depth > 3) REQUIRE(ps.V0.at(p) == Approx(expected).epsilon(1e-3));
-        const Vec3d inner = (x - Vec3d::Constant(n / 4.0)).cwiseAbs();
+        const Vec3d inner = (X - Vec3d::Constant(n / 4.0)).cwiseAbs();
         if (depth < 0.3 && inner.y() < 2 && inner.z() < 2)
             REQUIRE(ps.V0.at(p) == Approx(1.63 * expected).epsilon(0.1));   // 1/0.61 a quarter of a cell below
-    }
+    });
 }
 
 TEST_CASE("blocks keep the particles' order within them, and link them to every node that a stencil reaches", "[transfer]") {
     const Vec3i a(0, 0, 0), b(-3, 7, 2);
-    const NodeSet corner = node_bit(0, 0, 0), far = node_bit(3, 3, 3);
-    const std::vector<Run> runs{{a, 0, 2, corner}, {b, 2, 5, corner}, {a, 5, 6, far}};
-    const Blocks blocks = arrange(runs, 6, 3);
+    const auto on = [](const Vec3i& base) -> Vec3d { return base.cast<double>() + Vec3d::Constant(0.9); };
+    const std::vector<Vec3d> positions{on(4 * a), on(4 * a), on(4 * b), on(4 * b), on(4 * b), on(4 * a + Vec3i(3, 3, 3))};
+    Arrangement arrangement = arrange<Weights::quadratic, double>(6, 1, [&](std::size_t p) { return positions[p]; });
+    CHECK(arrangement.groups == 2);
+    CHECK(arrangement.slots == std::vector<std::uint32_t>{0, 1, 8, 9, 10, 2});
+    Blocks blocks;
+    blocks.link(std::move(arrangement.blocks), 3);
     REQUIRE(blocks.particle_blocks.size() == 2);
-    CHECK(blocks.order == std::vector<std::uint32_t>{2, 3, 4, 0, 1, 5});    // b comes first: −3 < 0
-    CHECK(blocks.particle_blocks[1].begin == 3);
+    CHECK(blocks.particle_blocks[0].coordinates == b);             // −3 < 0
+    CHECK(blocks.particle_blocks[0].slot(2) == 10);
     CHECK(blocks.nodes == 3 * 27);                                 // of a: {0…2}³ and {3…5}³, which do not meet
     CHECK(blocks.grid_blocks.size() == 1 + 8);
     const Grid<double> grid{1, blocks, {}};
@@ -267,7 +273,50 @@ TEST_CASE("blocks keep the particles' order within them, and link them to every 
         }
         CHECK(reached.size() == (block.coordinates == a ? 54u : 27u));
     }
-    CHECK(arrange({{b, 0, 3, corner}, {a, 3, 6, corner}}, 6, 3).order.empty());
+}
+
+TEST_CASE("particles that leave their blocks are moved with all that is known of them, and the rest stays", "[transfer]") {
+    Lump<Weights::quadratic> lump(200);
+    Particles<double>& ps = lump.ps;
+    struct Known { Vec3d x, v; Mat3d Fe, C; double Jp, m, V0, stress; };
+    const auto known = [&] {
+        std::vector<Known> all(200);
+        lump.grid.blocks.for_each_particle([&](std::size_t s) {
+            all[ps.id[s]] = {vector_of(ps.x, s), vector_of(ps.v, s), matrix_of(ps.Fe, s), matrix_of(ps.C, s), ps.Jp.at(s),
+                             ps.m.at(s), ps.V0.at(s), ps.tau.at(s, 5)};
+        });
+        return all;
+    };
+    const std::vector<Known> before = known();
+    RandomInput random;
+    for (int round = 0; round < 20; ++round) {
+        Blocks& blocks = lump.grid.blocks;
+        std::vector<std::vector<Departure<double>>> departures(blocks.particle_blocks.size());
+        for (std::size_t b = 0; b < departures.size(); ++b)
+            for (std::uint32_t n = blocks.particle_blocks[b].count; n-- > 0;) {
+                if (random.number() < 0.3) continue;
+                const Vec3i to(int(random.bits() % 3), int(random.bits() % 3), round % 5);
+                if (to == blocks.particle_blocks[b].coordinates) continue;
+                departures[b].push_back({to, node_bit(1, 2, 3), take_out(ps, blocks.particle_blocks[b], n)});
+            }
+        migrate(ps, blocks, departures, 3);
+        std::size_t count = 0;
+        for (const ParticleBlock& b : blocks.particle_blocks) {
+            count += b.count;
+            REQUIRE(b.groups.size() == (b.count + lanes - 1) / lanes);
+            for (std::uint32_t n = 0; n < b.count; ++n) REQUIRE(ps.m.at(b.slot(n)) > 0);
+        }
+        REQUIRE(count == 200);
+        const std::vector<Known> after = known();
+        for (std::size_t p = 0; p < 200; ++p) {
+            const Known &a = before[p], &c = after[p];
+            REQUIRE((a.x == c.x && a.v == c.v && a.Fe == c.Fe && a.C == c.C));
+            REQUIRE((a.Jp == c.Jp && a.m == c.m && a.V0 == c.V0 && a.stress == c.stress));
+        }
+    }
+}
+
+TEST_CASE("a block is found by its coordinates", "[transfer]") {
     BlockMap map(1);
     for (int i = 0; i < 5000; ++i) REQUIRE(map.number_of(Vec3i(i, -i, 3 * i)) == std::uint32_t(i));
     for (int i = 0; i < 5000; ++i) REQUIRE(map.number_of(Vec3i(i, -i, 3 * i)) == std::uint32_t(i));

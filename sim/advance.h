@@ -1,0 +1,142 @@
+#pragma once
+#include "sim/step.h"
+
+namespace firn {
+
+/// Largest values over all particles after a step, which bound the next Δt, and their energy.
+struct Extremes {
+    double speed = 0;       ///< |v_p| [m/s]
+    double wave = 0;        ///< speed of sound √((λ + 2μ) V⁰ / m), hardened [m/s]
+    double strain_rate = 0; ///< ‖∇v_p‖ [1/s]
+    double energy = 0;      ///< Σ ½ m v² + V⁰ Ψ [J]
+    double height = 0;      ///< Σ m g·x [J]: what gravity has given.
+    void include(const Extremes& e) {
+        speed = std::max(speed, e.speed), wave = std::max(wave, e.wave), strain_rate = std::max(strain_rate, e.strain_rate);
+        energy += e.energy, height += e.height;
+    }
+};
+
+/// The same of one block while it is gathered, eight particles at a time: squares, and sums in double.
+template <class Real> struct ExtremesOfLanes {
+    using P = Pack<Real, lanes>;
+    P speed2{0}, wave2{0}, rate2{0};
+    Pack<double, lanes> energy{0}, height{0};
+
+    Extremes reduced() const {
+        Extremes e;
+        for (int l = 0; l < lanes; ++l)
+            e.include({double(speed2[l]), double(wave2[l]), double(rate2[l]), energy[l], height[l]});
+        e.speed = std::sqrt(e.speed), e.wave = std::sqrt(e.wave), e.strain_rate = std::sqrt(e.strain_rate);
+        return e;
+    }
+};
+
+/// What steps 7 to 10 need besides particles and nodes.
+template <class Real> struct Motion {
+    Real dt, flip_blend;
+    Vec3<Real> gravity;
+    const std::vector<SnowModel<Real>>& materials;
+    const std::vector<Collider>& colliders;
+    double t;
+};
+
+/// A particle that is nowhere any more.
+struct Lost { std::uint32_t id; Vec3d x; };
+
+/// What they leave behind.
+template <class Real> struct Advanced {
+    Extremes extremes;
+    std::vector<std::vector<Departure<Real>>> departures;   ///< of each block.
+    std::vector<Lost> lost;
+};
+
+/// Step 9 for eight particles at xⁿ, `count` of which there are.
+template <class Real>
+void collide_particles(const Vec3<Pack<Real, lanes>>& x, Vec3<Pack<Real, lanes>>& v, int count, const Motion<Real>& motion) {
+    for (int l = 0; l < count; ++l) {
+        const Vec3d v_l = collide(Vec3d(x(0)[l], x(1)[l], x(2)[l]), Vec3d(v(0)[l], v(1)[l], v(2)[l]), motion.colliders,
+                                  motion.t).v;
+        for (int a = 0; a < 3; ++a) v(a).lanes[l] = Real(v_l(a));
+    }
+}
+
+/// Steps 7 to 10 in one pass over the particles, after `finish_nodes`:
+///   7  ∇v_p = Σ_i v_iⁿ⁺¹ ∇w_ipᵀ,  F̂_E = (I + Δt ∇v_p) F_E,  return mapping
+///   8  v_p ← (1−α) Σ_i v_iⁿ⁺¹ w_ip + α (v_p + Σ_i (v_iⁿ⁺¹ − v_iⁿ) w_ip)
+///      APIC: v_p = Σ_i v_iⁿ⁺¹ w_ip,  C_p = Σ_i w_ip v_iⁿ⁺¹ (x_i − x_p)ᵀ / D
+///   9  v_p against the bodies, at x_pⁿ
+///  10  x_p ← x_p + Δt v_p
+template <Weights kind, Transfer transfer, class Real>
+Advanced<Real> advance(Particles<Real>& ps, Grid<Real>& grid, const Motion<Real>& motion) {
+    using P = Pack<Real, lanes>;
+    const Real h = grid.h;
+    std::vector<ParticleBlock>& blocks = grid.blocks.particle_blocks;
+    std::vector<Extremes> extremes(blocks.size());
+    Advanced<Real> all;
+    all.departures.resize(blocks.size());
+    gather_blocks<BSpline<kind>::width>(grid.blocks, grid.nodes, [&](std::size_t n, const auto& tile) {
+        ParticleBlock& b = blocks[n];
+        const Vec3<Real> origin = (block_width * b.coordinates).cast<Real>();
+        const Vec3d center = double(h) * (block_width * b.coordinates.cast<double>() + Vec3d::Constant(BSpline<kind>::center));
+        const bool contact = near(motion.colliders, center, std::sqrt(3.0) * block_width / 2 * (1 + 1e-5) * h, motion.t);
+        ExtremesOfLanes<Real> sum;
+        b.bases = 0;
+        std::vector<std::uint32_t> leaving;
+        for (std::size_t k = 0; k < b.groups.size(); ++k) {
+            const std::uint32_t g = b.groups[k];
+            const int count = b.count_in(k);
+            const Vec3<P> x = vectors_of(ps.x, g);
+            Reach<Real, kind, transfer> reach(x, b, h);
+            reach.sum_up_z();
+            const Seen<Real> seen = look(tile, reach, count);
+
+            const Mat3<P> Fe = matrices_of(ps.Fe, g), F_trial = Fe + P(motion.dt) * seen.gradient * Fe;
+            const Returned<P> r = return_map(models_of(ps, motion.materials, g), F_trial, ps.Jp.pack(g));
+            store(ps.Fe, g, r.Fe), store(ps.tau, g, r.tau);
+            ps.Jp.pack(g) = r.Jp;
+
+            Vec3<P> v = seen.high;
+            if constexpr (transfer == Transfer::apic)
+                store(ps.C, g, Mat3<P>(seen.moment * P(Real(1 / (BSpline<kind>::second_moment * double(h))))));
+            else
+                v += P(motion.flip_blend) * vectors_of(ps.v, g);
+            if (contact) collide_particles(x, v, count, motion);
+            const Vec3<P> x_new = x + P(motion.dt) * v;
+            store(ps.v, g, v), store(ps.x, g, x_new);
+
+            const P m = ps.m.pack(g), V0 = ps.V0.pack(g), speed2 = v.squaredNorm();
+            sum.speed2 = maximum(sum.speed2, speed2);
+            sum.wave2 = maximum(sum.wave2, select(m > P(0), P((r.k.lambda + P(2) * r.k.mu) * V0 / m), P(0)));
+            sum.rate2 = maximum(sum.rate2, P(seen.gradient.squaredNorm()));
+            sum.energy += doubles(P(m * speed2 / P(2) + V0 * r.energy_density));
+            sum.height += doubles(P(m * (P(motion.gravity(0)) * x_new(0) + P(motion.gravity(1)) * x_new(1) +
+                                         P(motion.gravity(2)) * x_new(2))));
+
+            // Who is still here?
+            const Vec3<P> base = Place<kind, P>(x_new, P(h)).base;
+            Vec3<P> local;
+            for (int a = 0; a < 3; ++a) local(a) = base(a) - P(origin(a));
+            const auto in = [](const P& a) { return (a > P(-1)) & (a < P(Real(block_width))); };
+            const auto stays = in(local(0)) & in(local(1)) & in(local(2));
+            const auto bits = integers(select(stays, P((local(0) * P(16) + local(1) * P(4)) + local(2)), P(0)));
+            for (int l = 0; l < count; ++l) {
+                if (stays[l]) { b.bases |= NodeSet(1) << bits[l]; continue; }
+                const Vec3<Real> at(base(0)[l], base(1)[l], base(2)[l]);
+                if (lost(at)) {
+#pragma omp critical
+                    all.lost.push_back({ps.id[std::size_t(lanes) * g + l], Vec3d(x_new(0)[l], x_new(1)[l], x_new(2)[l])});
+                    continue;
+                }
+                const auto [block, bit] = block_of(at);
+                leaving.push_back(std::uint32_t(lanes * k + l));
+                all.departures[n].push_back({block, bit, {}});
+            }
+        }
+        for (std::size_t i = leaving.size(); i-- > 0;) all.departures[n][i].particle = take_out(ps, b, leaving[i]);
+        extremes[n] = sum.reduced();
+    });
+    for (const Extremes& e : extremes) all.extremes.include(e);
+    return all;
+}
+
+}  // namespace firn
