@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <initializer_list>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -72,9 +73,11 @@ Framebuffer make_framebuffer(std::initializer_list<const Texture*> colours, cons
 void bind_texture(int unit, GLenum target, const Texture&);
 
 /// A vertex and a fragment shader, linked. Each is one or more files of shaders/, joined, behind common.glsl.
+/// Constants are integers that the fragment shader finds defined.
 class Program {
 public:
-    Program(const std::vector<std::string>& vertex_files, const std::vector<std::string>& fragment_files);
+    Program(const std::vector<std::string>& vertex_files, const std::vector<std::string>& fragment_files,
+            const std::map<std::string, int>& constants = {});
     void use() const { glUseProgram(program_.id()); }
 
     // Of the program in use. A name that the linker has dropped is no error.

@@ -65,6 +65,12 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
     shadow_bodies = make_shadow_texture(effort.shadow_size / 2);
     spray_shadow = make_texture_2d(GL_R16F, effort.shadow_size / 2, effort.shadow_size / 2, GL_LINEAR);
     spray_shadow_target = make_framebuffer({&spray_shadow}, &shadow_bodies);
+    for (int i = 0; i < 2; ++i) {
+        shadow_blocks[i] = make_texture_2d(GL_RGBA32F, i ? bounds_across : blocks_across, i ? bounds_across : blocks_across);
+        shadow_blocks_target[i] = make_framebuffer({&shadow_blocks[i]});
+    }
+    shadow_bounds = make_texture_2d(GL_RGBA32F, bounds_across, bounds_across);
+    shadow_bounds_target = make_framebuffer({&shadow_bounds});
     shadow_all_target = make_framebuffer({}, &shadow_all);
     shadow_bodies_target = make_framebuffer({}, &shadow_bodies);
 
