@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include <cstdint>
 #include <vector>
 
 namespace firn {
@@ -34,8 +35,8 @@ bool drawable(const float* x);
 /// are left outside where they would cost more than `max_cells`; then cells grow, by factors of two.
 Density density_of(const ParticleView&, std::size_t max_cells);
 
-/// Smallest value among the 3×3×3 cells around each one; zero lies outside.
-Field smallest_around(const Field&);
+/// 1 where all of the 3×3×3 cells around have at least that value; nothing lies outside.
+std::vector<std::uint8_t> enclosed_cells(const Field&, float least);
 
 /// [1 2 1]/4 along each axis.
 Field smoothed(const Field&);

@@ -77,7 +77,8 @@ void Renderer::Passes::draw_shadows(const Frame& frame) {
         shadow_splat_program.set("texel", frame.shadow.texel);
         shadow_splat_program.set("max_point_size", max_point_size);
         glBindVertexArray(splat_array.id());
-        glDrawArrays(GL_POINTS, 0, frame.splats);
+        glDrawArrays(GL_POINTS, 0, frame.near_lit_splats);
+        glDrawArrays(GL_POINTS, frame.far_lit_splats, frame.splats - frame.far_lit_splats);
     }
     // Spray between the sun and the first body, its optical depths added up.
     glBindFramebuffer(GL_FRAMEBUFFER, spray_shadow_target.id());

@@ -71,7 +71,7 @@ struct Frame {
     float spacing;                               ///< [m]
     float nearest_snow;                          ///< depth [m]
     Eigen::Vector3f volume_origin, volume_size;  ///< [m]
-    GLsizei splats, near_splats, seen_splats;    ///< in the buffer; near and seen ones come first.
+    GLsizei near_lit_splats, near_splats, far_lit_splats, seen_splats, splats;  ///< in the buffer, as struct Splats.
     GLsizei spray;                               ///< in the buffer
     GLsizei vertices;                            ///< in the buffer, without glass
 };

@@ -110,11 +110,13 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     frame.volume_size = density.cell * density.rho.size.cast<float>();
     upload_volume(density, soft, particles.spacing, frame.to_sun);
 
-    const Splats visible = visible_splats(particles, density, soft, frame.view, children_from);
+    const Splats visible = visible_splats(particles, density, soft, frame.view, frame.to_sun, children_from);
     upload(splats, visible.all.data(), visible.all.size() * sizeof(Splat));
     upload(spray, visible.spray.data(), visible.spray.size() * sizeof(SprayPoint));
     frame.splats = static_cast<GLsizei>(visible.all.size());
+    frame.near_lit_splats = static_cast<GLsizei>(visible.near_lit);
     frame.near_splats = static_cast<GLsizei>(visible.near);
+    frame.far_lit_splats = static_cast<GLsizei>(visible.far_lit);
     frame.seen_splats = static_cast<GLsizei>(visible.seen);
     frame.spray = static_cast<GLsizei>(visible.spray.size() / 2);
     frame.nearest_snow = std::max(visible.nearest, frame.view.near_depth);
