@@ -130,32 +130,34 @@ void add_particles(Density& density, const ParticleView& particles, float share)
     const std::vector<int> ends = shared_slices(density, particles, std::min(omp_get_max_threads(), 8));
     float* rho = density.rho.values.data();
     const std::size_t dy = static_cast<std::size_t>(density.rho.size.x()), dz = dy * density.rho.size.y();
+    const Vector3f first = density.origin + Vector3f::Constant(0.5f * density.cell);
+    const Vector3f last = (density.rho.size.array() - 1).cast<float>();
+    const float per_cell = 1 / density.cell, *x = particles.x.data();
+    const auto count = static_cast<std::ptrdiff_t>(particles.size());
 #pragma omp parallel for schedule(static, 1)
-    for (std::size_t piece = 0; piece < ends.size() - 1; ++piece)
-        for (std::size_t p = 0; p < particles.size(); ++p) {
-            const float* x = &particles.x[3 * p];
-            if (!drawable(x)) continue;
-            const Corner corner = corner_of(density, {x[0], x[1], x[2]});
-            if (!corner.inside || corner.cell.z() + 1 < ends[piece] || corner.cell.z() >= ends[piece + 1]) continue;
-            const Vector3f f = corner.f, g = Vector3f::Ones() - f;
-            float* at = rho + density.rho.index(corner.cell.x(), corner.cell.y(), corner.cell.z());
-            for (int k = 0; k < 2; ++k) {
-                if (corner.cell.z() + k < ends[piece] || corner.cell.z() + k >= ends[piece + 1]) continue;
-                for (int j = 0; j < 2; ++j) {
-                    const float w = share * (k ? f.z() : g.z()) * (j ? f.y() : g.y());
-                    at[k * dz + j * dy] += w * g.x();
-                    at[k * dz + j * dy + 1] += w * f.x();
-                }
-            }
+    for (std::size_t piece = 0; piece < ends.size() - 1; ++piece) {
+        const float lower = static_cast<float>(ends[piece] - 1), upper = static_cast<float>(ends[piece + 1]);
+        for (std::ptrdiff_t p = 0; p < count; ++p) {
+            const float w = (x[3 * p + 2] - first.z()) * per_cell;
+            if (!(w >= lower && w < upper && w >= 0 && w < last.z())) continue;
+            const float u = (x[3 * p] - first.x()) * per_cell, v = (x[3 * p + 1] - first.y()) * per_cell;
+            if (!(u >= 0 && u < last.x() && v >= 0 && v < last.y())) continue;
+            const int i = static_cast<int>(u), j = static_cast<int>(v), k = static_cast<int>(w);
+            const float fu = u - static_cast<float>(i), fv = v - static_cast<float>(j), fw = w - static_cast<float>(k);
+            float* at = rho + density.rho.index(i, j, k);
+            const auto add_slice = [&](float* slice, float part) {
+                slice[0] += part * (1 - fv) * (1 - fu);
+                slice[1] += part * (1 - fv) * fu;
+                slice[dy] += part * fv * (1 - fu);
+                slice[dy + 1] += part * fv * fu;
+            };
+            if (k >= ends[piece]) add_slice(at, share * (1 - fw));
+            if (k + 1 < ends[piece + 1]) add_slice(at + dz, share * fw);
         }
+    }
 }
 
 }  // namespace
-
-bool drawable(const float* x) {
-    constexpr float far_away = 1e5f;  // [m]
-    return std::abs(x[0]) < far_away && std::abs(x[1]) < far_away && std::abs(x[2]) < far_away;
-}
 
 Density density_of(const ParticleView& particles, std::size_t max_cells) {
     Density density;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -29,7 +30,10 @@ struct Density {
 };
 
 /// A particle that cannot be drawn: not finite, or farther than a float can place to a millimetre.
-bool drawable(const float* x);
+inline bool drawable(const float* x) {
+    constexpr float far_away = 1e5f;  // [m]
+    return std::abs(x[0]) < far_away && std::abs(x[1]) < far_away && std::abs(x[2]) < far_away;
+}
 
 /// The grid lies at multiples of the cell, so that it does not swim from frame to frame. Far single particles
 /// are left outside where they would cost more than `max_cells`; then cells grow, by factors of two.

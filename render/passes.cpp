@@ -159,16 +159,20 @@ void Renderer::Passes::draw_surfaces(const Frame& frame) {
     check_gl("solids");
 
     glStencilFunc(GL_ALWAYS, kind_snow, 0xff);
-    splat_program.use();
-    set_view(splat_program, frame.view);
     bind_texture(unit_relief, GL_TEXTURE_2D, relief);
-    splat_program.set("relief", unit_relief);
     glBindSampler(unit_relief, quick_reader.id());
-    splat_program.set("grown_from", children_from);
-    splat_program.set("grown_to", 2.2f * children_from);
     glBindVertexArray(splat_array.id());
-    glDrawArraysInstanced(GL_POINTS, 0, frame.near_splats, 1 + effort.children);
-    glDrawArrays(GL_POINTS, frame.near_splats, frame.seen_splats - frame.near_splats);
+    for (const Program* program : {&near_splat_program, &splat_program}) {
+        program->use();
+        set_view(*program, frame.view);
+        program->set("relief", unit_relief);
+        program->set("grown_from", children_from);
+        program->set("grown_to", 2.2f * children_from);
+        if (program == &splat_program)
+            glDrawArrays(GL_POINTS, frame.near_splats, frame.seen_splats - frame.near_splats);
+        else if (frame.near_splats > 0)
+            glDrawArraysInstanced(GL_POINTS, 0, frame.near_splats, 1 + effort.children);
+    }
     glBindSampler(unit_relief, 0);
     glDisable(GL_DEPTH_TEST);
     glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
