@@ -199,7 +199,7 @@ void bind_texture(int unit, GLenum target, const Texture& texture) {
 Program::Program(const std::vector<std::string>& vertex_files, const std::vector<std::string>& fragment_files,
                  const std::map<std::string, int>& constants)
     : program_(glCreateProgram()) {
-    const Shader vertex = compile(GL_VERTEX_SHADER, vertex_files, {});
+    const Shader vertex = compile(GL_VERTEX_SHADER, vertex_files, constants);
     const Shader fragment = compile(GL_FRAGMENT_SHADER, fragment_files, constants);
     glAttachShader(program_.id(), vertex.id());
     glAttachShader(program_.id(), fragment.id());

@@ -73,7 +73,7 @@ Framebuffer make_framebuffer(std::initializer_list<const Texture*> colours, cons
 void bind_texture(int unit, GLenum target, const Texture&);
 
 /// A vertex and a fragment shader, linked. Each is one or more files of shaders/, joined, behind common.glsl.
-/// Constants are integers that the fragment shader finds defined.
+/// Both find the constants defined.
 class Program {
 public:
     Program(const std::vector<std::string>& vertex_files, const std::vector<std::string>& fragment_files,

@@ -311,20 +311,22 @@ void Renderer::Passes::draw_spray(const Frame& frame) {
     glDepthMask(GL_FALSE);
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-    spray_program.use();
-    set_view(spray_program, frame.view);
-    set_light(spray_program, frame);
-    spray_program.set("raw_depths", unit_raw_depths);
-    spray_program.set("relief", unit_relief);
-    spray_program.set("palette", unit_palette);
-    spray_program.set("coloured", frame.coloured);
-    spray_program.set("shutter", frame.shutter);
-    spray_program.set("edge", static_cast<float>(effort.edge));
-    glBindVertexArray(spray_array.id());
-    spray_program.set("lines", 0);
-    glDrawArraysInstanced(GL_POINTS, 0, frame.spray, 1 + effort.grains);
+    for (const Program* program : {&puff_program, &grain_program}) {
+        program->use();
+        set_view(*program, frame.view);
+        set_light(*program, frame);
+        program->set("raw_depths", unit_raw_depths);
+        program->set("puff_share", effort.puffs);
+        program->set("palette", unit_palette);
+        program->set("coloured", frame.coloured);
+        program->set("shutter", frame.shutter);
+        program->set("edge", static_cast<float>(effort.edge));
+        program->set("lines", 0);
+        glBindVertexArray(spray_array.id());
+        glDrawArraysInstanced(GL_POINTS, 0, frame.spray, program == &puff_program ? 1 : effort.grains);
+    }
     if (frame.shutter > 0) {
-        spray_program.set("lines", 1);
+        grain_program.set("lines", 1);
         glBindVertexArray(spray_line_array.id());
         glDrawArraysInstanced(GL_LINES, 0, 2 * frame.spray, effort.grains);
     }

@@ -19,7 +19,8 @@ struct Effort {
     int shadow_size;  ///< [texels]
     int shadow_taps;  ///< samples of the shadow map in half-shade.
     int children;     ///< smaller splats about a particle that is near.
-    int grains;       ///< drawn in each puff of spray.
+    float puffs;      ///< share of the spray that is drawn as puffs.
+    int grains;       ///< drawn of each particle of spray.
 };
 
 Effort effort_of(Quality);
@@ -146,7 +147,8 @@ struct Renderer::Passes {
         near_splat_program{{"splat.vert"}, {"splat.frag"}, {{"faces", 1}}}, smooth_program{{"full_screen.vert"}, {"smooth.frag"}},
         sky_program{{"full_screen.vert"}, {"light.glsl", "shade_sky.frag"}},
         glass_program{{"mesh.vert"}, {"light.glsl", "glass.frag"}},
-        spray_program{{"light.glsl", "spray.vert"}, {"spray.frag"}},
+        puff_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 1}}},
+        grain_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}}},
         node_program{{"node.vert"}, {"node.frag"}}, lens_program{{"full_screen.vert"}, {"lens.frag"}},
         add_program{{"full_screen.vert"}, {"add_moment.frag"}}, resolve_program{{"full_screen.vert"}, {"resolve.frag"}};
 };

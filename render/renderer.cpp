@@ -10,10 +10,10 @@ namespace firn {
 Effort effort_of(Quality quality) {
     switch (quality) {
         case Quality::draft:
-            return {.edge = 1, .shadow_size = 1024, .shadow_taps = 4, .children = 0, .grains = 1};
+            return {.edge = 1, .shadow_size = 1024, .shadow_taps = 4, .children = 0, .puffs = 0.15f, .grains = 1};
         case Quality::preview:
-            return {.edge = 1, .shadow_size = 1024, .shadow_taps = 12, .children = 8, .grains = 2};
-        default: return {.edge = 2, .shadow_size = 2048, .shadow_taps = 16, .children = 10, .grains = 3};
+            return {.edge = 1, .shadow_size = 1024, .shadow_taps = 12, .children = 8, .puffs = 0.3f, .grains = 2};
+        default: return {.edge = 2, .shadow_size = 2048, .shadow_taps = 16, .children = 10, .puffs = 0.4f, .grains = 3};
     }
 }
 
