@@ -60,11 +60,13 @@ Box3f quantiles_of(const ParticleView& particles, double left_out) {
     return box;
 }
 
-/// Cells of the box, in double as it may be too large for anything else.
+/// Cells of the box, an even number of them, in double as it may be too large for anything else.
 Eigen::Vector3d cells_of(const Box3f& box, double cell) {
-    return ((box.upper.cast<double>() / cell).array().floor() -
+    const Eigen::Vector3d cells =
+        ((box.upper.cast<double>() / cell).array().floor() -
             (box.lower.cast<double>() / cell).array().floor()) +
            1 + 2 * padding;
+    return 2 * (cells / 2).array().ceil();
 }
 
 /// One axis of a filter; zero lies outside.

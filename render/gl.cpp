@@ -153,6 +153,16 @@ Sampler make_mipmap_reader() {
     return Sampler(id);
 }
 
+Sampler make_linear_reader() {
+    GLuint id = 0;
+    glGenSamplers(1, &id);
+    glSamplerParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glSamplerParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glSamplerParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glSamplerParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    return Sampler(id);
+}
+
 Texture make_volume_texture() { return make_texture(GL_TEXTURE_3D, GL_LINEAR, GL_CLAMP_TO_EDGE); }
 
 Texture make_tile_texture(int size, const std::uint8_t* texels) {

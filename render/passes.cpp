@@ -358,7 +358,7 @@ void Renderer::Passes::blur_by_lens(const Frame& frame) {
     lens_program.set("depths", unit_raw_depths);
     lens_program.set("aperture", frame.aperture);
     lens_program.set("focus", frame.focus);
-    lens_program.set("max_radius", 0.02f * static_cast<float>(picture.height * effort.edge));
+    lens_program.set("max_radius", static_cast<float>(0.02 * picture.height * effort.edge));
     glBindVertexArray(no_array.id());
     glDrawArrays(GL_TRIANGLES, 0, 3);
     picture_light = &blurred;

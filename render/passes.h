@@ -15,12 +15,14 @@ namespace firn {
 
 /// What a quality costs.
 struct Effort {
-    int edge;         ///< samples along a pixel's edge.
+    double edge;      ///< samples along a pixel's edge.
+    float least_radius;  ///< [samples] of a splat; where particles are smaller, fewer and larger ones stand for them.
     int shadow_size;  ///< [texels]
     int shadow_taps;  ///< samples of the shadow map in half-shade.
     int children;     ///< smaller splats about a particle that is near.
     float puffs;      ///< share of the spray that is drawn as puffs.
     int grains;       ///< drawn of each particle of spray.
+    bool fine_light;  ///< in snow: in cells of the density, or twice as wide.
 };
 
 Effort effort_of(Quality);
@@ -127,6 +129,7 @@ struct Renderer::Passes {
                 node_array = make_vertex_array(nodes, {3});
     Texture relief = make_tile_texture(Relief::size, snow_relief().texels.data());
     Sampler quick_reader = make_mipmap_reader();  ///< of the relief, where a step between sizes does not show.
+    Sampler linear_reader = make_linear_reader();
     Sampler depth_reader = make_depth_reader(unit_shadow_depths);
     Texture shadow_all, shadow_bodies, spray_shadow, shadow_blocks[2], shadow_bounds, snow_outward = make_volume_texture(),
                                                      snow_light = make_volume_texture();
@@ -150,7 +153,8 @@ struct Renderer::Passes {
         puff_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 1}}},
         grain_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}}},
         node_program{{"node.vert"}, {"node.frag"}}, lens_program{{"full_screen.vert"}, {"lens.frag"}},
-        add_program{{"full_screen.vert"}, {"add_moment.frag"}}, resolve_program{{"full_screen.vert"}, {"resolve.frag"}};
+        add_program{{"full_screen.vert"}, {"add_moment.frag"}}, resolve_program{{"full_screen.vert"}, {"resolve.frag"}, {{"enlarged", 0}}},
+        enlarge_program{{"full_screen.vert"}, {"resolve.frag"}, {{"enlarged", 1}}};
 };
 
 }  // namespace firn

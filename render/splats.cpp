@@ -51,7 +51,7 @@ Cover::Cover(const Density& density)
 }
 
 /// The face of snow, which has half its density, does not count: one may look along it.
-bool Cover::covers(const Vector3f& x, const Vector3f& direction, float distance) const {
+bool Cover::covers(const Vector3f& x, const Vector3f& direction, float distance, float from_cells) const {
     const Vector3f u = (x - origin) / cell, d = direction;
     float end = distance / cell;
     for (int a = 0; a < 3; ++a) {
@@ -60,7 +60,7 @@ bool Cover::covers(const Vector3f& x, const Vector3f& direction, float distance)
         if (!(u[a] >= 0 && u[a] < static_cast<float>(size[a]))) return false;
     }
     int sum = 0;
-    for (float t = 1; t < end - 1e-3f;) {
+    for (float t = from_cells; t < end - 1e-3f;) {
         const int i = static_cast<int>(u.x() + t * d.x()), j = static_cast<int>(u.y() + t * d.y()),
                   k = static_cast<int>(u.z() + t * d.z());
         if (!any[(static_cast<std::size_t>(k / 4) * blocks.y() + j / 4) * blocks.x() + i / 4]) {
@@ -74,10 +74,10 @@ bool Cover::covers(const Vector3f& x, const Vector3f& direction, float distance)
     return false;
 }
 
-bool is_covered(const Vector3f& splat, const Vector3f& eye, const Cover& cover) {
+bool is_covered(const Vector3f& splat, const Vector3f& eye, const Cover& cover, float from_cells) {
     const Vector3f way = eye - splat;
     const float distance = way.norm();
-    return distance > 4 * cover.cell && cover.covers(splat, way / distance, distance - cover.cell);
+    return distance > 4 * cover.cell && cover.covers(splat, way / distance, distance - cover.cell, from_cells);
 }
 
 namespace {
@@ -98,11 +98,36 @@ Field mean_values(const ParticleView& particles, const Density& density) {
     return sum;
 }
 
+/// What particles in a cell are.
+enum Hidden : std::uint8_t { from_eye = 1, from_sun = 2, enclosed = 4 };
+
+/// Of every cell that has particles. Those are up to a cell's edge nearer than its middle.
+std::vector<std::uint8_t> hidden_cells(const Density& density, const Cover& cover, const Vector3f& eye,
+                                       const Vector3f& to_sun) {
+    constexpr float from_cells = 1.7f;
+    std::vector<std::uint8_t> hidden = enclosed_cells(density.rho, solid);
+    const Eigen::Vector3i n = density.rho.size;
+#pragma omp parallel for schedule(dynamic)
+    for (int k = 0; k < n.z(); ++k)
+        for (int j = 0; j < n.y(); ++j)
+            for (int i = 0; i < n.x(); ++i) {
+                const std::size_t c = density.rho.index(i, j, k);
+                if (hidden[c] || density.rho.values[c] == 0) {
+                    hidden[c] = hidden[c] ? enclosed : 0;
+                    continue;
+                }
+                const Vector3f x = density.origin + density.cell * Vector3f(i + 0.5f, j + 0.5f, k + 0.5f);
+                if (is_covered(x, eye, cover, from_cells)) hidden[c] |= from_eye;
+                if (cover.covers(x, to_sun, INFINITY, from_cells)) hidden[c] |= from_sun;
+            }
+    return hidden;
+}
+
 /// Adds the hidden cells of a slice that touch one which is not: the plugs. Half a cell's diagonal is 0.87.
 template <class Add>
-void add_plugs(const Density& density, const std::vector<std::uint8_t>& enclosed, const Field& values, int k, Add add) {
+void add_plugs(const Density& density, const std::vector<std::uint8_t>& hidden, const Field& values, int k, Add add) {
     const Eigen::Vector3i n = density.rho.size;
-    const auto inner = [&](int i, int j, int l) { return enclosed[density.rho.index(i, j, l)] != 0; };
+    const auto inner = [&](int i, int j, int l) { return (hidden[density.rho.index(i, j, l)] & enclosed) != 0; };
     for (int j = 1; j < n.y() - 1; ++j)
         for (int i = 1; i < n.x() - 1; ++i) {
             if (!inner(i, j, k)) continue;
@@ -161,16 +186,20 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
 }  // namespace
 
 Splats visible_splats(const ParticleView& particles, const Density& density, const Density& soft,
-                      const View& view, const Vector3f& to_sun, float near_radius) {
-    const std::vector<std::uint8_t> enclosed = enclosed_cells(density.rho, solid);
+                      const View& view, const Vector3f& to_sun, float near_radius, float least_radius) {
     const Field values = mean_values(particles, density);
     const Cover cover(density);
+    const std::vector<std::uint8_t> hidden = hidden_cells(density, cover, view.eye, to_sun);
     const Vector3f size = density.rho.size.cast<float>();
-    const auto hidden = [&](const Vector3f& x) {
-        const Vector3f u = cell_coordinates(x, density);
-        return (u.array() >= 0).all() && (u.array() < size.array()).all() &&
-               enclosed[density.rho.index(int(u.x()), int(u.y()), int(u.z()))];
+    const float per_cell = 1 / density.cell;
+    const auto hidden_at = [&](const Vector3f& x) -> int {
+        const Vector3f u = per_cell * (x - density.origin);
+        if (!((u.array() >= 0).all() && (u.array() < size.array()).all())) return 0;
+        return hidden[density.rho.index(int(u.x()), int(u.y()), int(u.z()))];
     };
+
+    const float wanted_per_radius = least_radius * view.sample_tan / (0.85f * particles.spacing);
+    const auto kept_by = [](float hash) { return 64 * hash - std::floor(64 * hash); };
 
     // Pieces of fixed size, joined in their order: the same splats for every number of threads.
     constexpr std::size_t piece_size = 16384;
@@ -179,10 +208,10 @@ Splats visible_splats(const ParticleView& particles, const Density& density, con
 #pragma omp parallel for schedule(dynamic)
     for (int i = 0; i < static_cast<int>(pieces.size()); ++i) {
         Piece& piece = pieces[i];
-        const auto add = [&](const Splat& splat) {
+        const auto add = [&](const Splat& splat, int covered) {
             const Vector3f x(splat.x, splat.y, splat.z);
-            const bool lit = !cover.covers(x, to_sun, INFINITY);
-            if (!in_picture(x, splat.radius, view) || is_covered(x, view.eye, cover)) {
+            const bool lit = !(covered & from_sun);
+            if (covered & from_eye || !in_picture(x, splat.radius, view)) {
                 if (lit) piece.unseen_lit.push_back(splat);
                 return;
             }
@@ -194,21 +223,32 @@ Splats visible_splats(const ParticleView& particles, const Density& density, con
                 (lit ? piece.far_lit : piece.far_unlit).push_back(splat);
         };
         if (i >= particle_pieces) {
-            add_plugs(density, enclosed, values, i - particle_pieces + 1, add);
+            add_plugs(density, hidden, values, i - particle_pieces + 1, [&](const Splat& plug) {
+                const Vector3f x(plug.x, plug.y, plug.z);
+                add(plug, (is_covered(x, view.eye, cover) ? from_eye : 0) |
+                              (cover.covers(x, to_sun, INFINITY) ? from_sun : 0));
+            });
             continue;
         }
         const std::size_t first = i * piece_size, last = std::min(particles.size(), first + piece_size);
         for (std::size_t p = first; p < last; ++p) {
             const float* at = &particles.x[3 * p];
             const Vector3f x(at[0], at[1], at[2]);
-            if (!drawable(at) || hidden(x)) continue;
-            const float hash = hash_of(static_cast<std::uint32_t>(p)), whole = wholeness(soft.at(x)),
+            if (!drawable(at)) continue;
+            const int covered = hidden_at(x);
+            if (covered >= (from_eye | from_sun)) continue;
+            // A share of the particles, the same in every frame, covers as much [Cook et al. 2007].
+            const float hash = hash_of(static_cast<std::uint32_t>(p)), wanted = wanted_per_radius * (x - view.eye).norm(),
+                        share = wanted > 1 ? 1 / (wanted * wanted) : 1;
+            if (kept_by(hash) > share) continue;
+            const float whole = wholeness(soft.at(x)),
                         flying = flight(particles, p);
             if (const float amount = (1 - whole) * (0.5f + 0.5f * flying); amount > 0.15f)
                 piece.spray.resize(piece.spray.size() + 2, spray_point(particles, p, amount, hash));
             if (const float solid_share = std::max(whole, 0.42f * (1 - flying)); solid_share > 0.02f)
-                add({at[0], at[1], at[2], radius_of(particles.spacing, solid_share, hash), hash,
-                     particles.value.empty() ? 0 : particles.value[p]});
+                add({at[0], at[1], at[2], radius_of(particles.spacing, solid_share, hash) * std::max(wanted, 1.0f), hash,
+                     particles.value.empty() ? 0 : particles.value[p]},
+                    covered);
         }
     }
 

@@ -43,17 +43,18 @@ struct Cover {
 
     explicit Cover(const Density&);
     /// Whether two cells of unbroken snow, or more of looser, lie before a point, up to a distance [m].
-    bool covers(const Eigen::Vector3f& x, const Eigen::Vector3f& direction, float distance) const;
+    bool covers(const Eigen::Vector3f& x, const Eigen::Vector3f& direction, float distance,
+                float from_cells = 1) const;
 };
 
 /// The particles that can be seen or throw a shadow: those inside unbroken snow are left out, and one large
 /// splat fills every cell of the innermost layer, so that nothing shines through between the outer ones.
 /// `soft` is the smoothed density, which tells snow from spray; a splat wider than `near_radius` [samples] is
-/// near.
+/// near; particles narrower than `least_radius` are stood for by some of them that are.
 Splats visible_splats(const ParticleView&, const Density&, const Density& soft, const View&,
-                      const Eigen::Vector3f& to_sun, float near_radius);
+                      const Eigen::Vector3f& to_sun, float near_radius, float least_radius = 0);
 
-/// Whether snow lies in front of a splat, as seen from the eye.
-bool is_covered(const Eigen::Vector3f& splat, const Eigen::Vector3f& eye, const Cover&);
+/// Whether snow lies in front of a splat, as seen from the eye; that within `from_cells` does not count.
+bool is_covered(const Eigen::Vector3f& splat, const Eigen::Vector3f& eye, const Cover&, float from_cells = 1);
 
 }  // namespace firn

@@ -53,29 +53,21 @@ float half_shade(vec3 at, float least_radius) {
     const float sun_radius = 0.022;    // tangent of half its angle, with the haze
     float scale = 0.5 * length(shadow_matrix[0].xyz);
     float search = min(max(least_radius, sun_radius * at.z * shadow_span), shadow_reach);
-    vec2 reach = vec2(scale * search, -scale * search);
-    vec4 corners = vec4(texture(shadow_all, vec3(at.xy + reach.xx, at.z)), texture(shadow_all, vec3(at.xy + reach.xy, at.z)),
-                        texture(shadow_all, vec3(at.xy + reach.yx, at.z)), texture(shadow_all, vec3(at.xy + reach.yy, at.z)));
-    float lit = dot(corners, vec4(1.0)) + texture(shadow_all, at);
-    // As it is at the rim and in the middle, so it is between. Loops end early where branches would not.
-    bool known = lit == 5.0 || lit == 0.0;
-    int searched = known ? 0 : 8;
-
     vec2 turn = turn_at(at.xy);
     float gaps = 0.0, blockers = 0.0;
-    for (int i = 0; i < searched; ++i) {
+    for (int i = 0; i < 8; ++i) {
         float gap = at.z - texture(shadow_depths, at.xy + scale * search * sqrt((float(i) + 0.5) / 8.0) * turn).r;
-        turn = golden * turn;
         if (gap > 0.0) gaps += gap, blockers += 1.0;
+        turn = golden * turn;
     }
     float radius = clamp(sun_radius * shadow_span * gaps / max(blockers, 1.0), least_radius, search);
     float sum = 0.0;
-    int taps = known || blockers == 0.0 ? 0 : shadow_taps;
+    int taps = blockers == 0.0 || blockers == 8.0 ? 0 : shadow_taps;
     for (int i = 0; i < taps; ++i) {
         sum += texture(shadow_all, vec3(at.xy + scale * radius * sqrt((float(i) + 0.5) / float(taps)) * turn, at.z));
         turn = golden * turn;
     }
-    return known ? 0.2 * lit : blockers == 0.0 ? 1.0 : sum / float(shadow_taps);
+    return blockers == 8.0 ? 0.0 : blockers == 0.0 ? 1.0 : sum / float(shadow_taps);
 }
 
 // Share of the sun that is seen: its disc, and the haze about it, make shade softer the farther it falls.

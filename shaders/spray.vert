@@ -26,7 +26,7 @@ void main() {
     vec3 h = fract(hash * vec3(71.3, 433.1, 191.9) + float(grain) * vec3(0.6180, 0.4142, 0.7321));
     vec3 at = center + (puff ? vec3(0.0) : 2.4 * spacing * (h - 0.5));
     float r = spacing * (puff ? 1.9 : 0.07 + 0.16 * h.x * h.y);
-    float opacity = amount * (puff ? 0.076 / puff_share : 0.85);
+    float opacity = amount * (puff ? 0.12 * inversesqrt(puff_share) : 0.85);
 
     spray_depth = dot(at - eye, basis[2]);
     float sample_width = max(spray_depth, near_depth) * sample_tan;
