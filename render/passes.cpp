@@ -311,7 +311,8 @@ void Renderer::Passes::draw_spray(const Frame& frame) {
     glDepthMask(GL_FALSE);
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-    for (const Program* program : {&puff_program, &grain_program}) {
+    for (const Program* program : {&puff_program, &grain_program, &streak_program}) {
+        if (program == &streak_program && frame.shutter == 0) continue;
         program->use();
         set_view(*program, frame.view);
         set_light(*program, frame);
@@ -321,14 +322,13 @@ void Renderer::Passes::draw_spray(const Frame& frame) {
         program->set("coloured", frame.coloured);
         program->set("shutter", frame.shutter);
         program->set("edge", static_cast<float>(effort.edge));
-        program->set("lines", 0);
-        glBindVertexArray(spray_array.id());
-        glDrawArraysInstanced(GL_POINTS, 0, frame.spray, program == &puff_program ? 1 : effort.grains);
-    }
-    if (frame.shutter > 0) {
-        grain_program.set("lines", 1);
-        glBindVertexArray(spray_line_array.id());
-        glDrawArraysInstanced(GL_LINES, 0, 2 * frame.spray, effort.grains);
+        if (program == &streak_program) {
+            glBindVertexArray(spray_line_array.id());
+            glDrawArraysInstanced(GL_LINES, 0, 2 * frame.spray, effort.grains);
+        } else {
+            glBindVertexArray(spray_array.id());
+            glDrawArraysInstanced(GL_POINTS, 0, frame.spray, program == &puff_program ? 1 : effort.grains);
+        }
     }
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);

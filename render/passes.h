@@ -150,8 +150,9 @@ struct Renderer::Passes {
         near_splat_program{{"splat.vert"}, {"splat.frag"}, {{"faces", 1}}}, smooth_program{{"full_screen.vert"}, {"smooth.frag"}},
         sky_program{{"full_screen.vert"}, {"light.glsl", "shade_sky.frag"}},
         glass_program{{"mesh.vert"}, {"light.glsl", "glass.frag"}},
-        puff_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 1}}},
-        grain_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}}},
+        puff_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 1}, {"lines", 0}}},
+        grain_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 0}}},
+        streak_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 1}}},
         node_program{{"node.vert"}, {"node.frag"}}, lens_program{{"full_screen.vert"}, {"lens.frag"}},
         add_program{{"full_screen.vert"}, {"add_moment.frag"}}, resolve_program{{"full_screen.vert"}, {"resolve.frag"}, {{"enlarged", 0}}},
         enlarge_program{{"full_screen.vert"}, {"resolve.frag"}, {{"enlarged", 1}}};

@@ -10,7 +10,7 @@ namespace firn {
 Effort effort_of(Quality quality) {
     switch (quality) {
         case Quality::draft:
-            return {.edge = 0.5, .least_radius = 1.6f, .shadow_size = 512, .shadow_taps = 4, .children = 0,
+            return {.edge = 0.5, .least_radius = 1.5f, .shadow_size = 512, .shadow_taps = 4, .children = 0,
                     .puffs = 0.25f, .grains = 1, .fine_light = false};
         case Quality::preview:
             return {.edge = 1, .least_radius = 0.8f, .shadow_size = 1024, .shadow_taps = 10, .children = 8,

@@ -240,12 +240,11 @@ Splats visible_splats(const ParticleView& particles, const Density& density, con
             // A share of the particles, the same in every frame, covers as much [Cook et al. 2007].
             const float hash = hash_of(static_cast<std::uint32_t>(p)), wanted = wanted_per_radius * (x - view.eye).norm(),
                         share = wanted > 1 ? 1 / (wanted * wanted) : 1;
-            if (kept_by(hash) > share) continue;
             const float whole = wholeness(soft.at(x)),
                         flying = flight(particles, p);
             if (const float amount = (1 - whole) * (0.5f + 0.5f * flying); amount > 0.15f)
                 piece.spray.resize(piece.spray.size() + 2, spray_point(particles, p, amount, hash));
-            if (const float solid_share = std::max(whole, 0.42f * (1 - flying)); solid_share > 0.02f)
+            if (const float solid_share = std::max(whole, 0.42f * (1 - flying)); solid_share > 0.02f && kept_by(hash) <= share)
                 add({at[0], at[1], at[2], radius_of(particles.spacing, solid_share, hash) * std::max(wanted, 1.0f), hash,
                      particles.value.empty() ? 0 : particles.value[p]},
                     covered);

@@ -1,6 +1,5 @@
 uniform sampler2D raw_depths;
 uniform float spacing;             // of particles [m]
-uniform bool lines;
 
 flat in vec4 spray_colour;
 flat in vec2 half_way;
@@ -12,7 +11,7 @@ flat in float spray_hash;
 out vec4 out_light;
 
 float share_hidden() {
-    if (lines) return spray_colour.a;
+    if (lines == 1) return spray_colour.a;
     vec2 p = (gl_PointCoord - 0.5) * vec2(spray_size, -spray_size);
     float along = dot(p, half_way) / max(dot(half_way, half_way), 1e-6);
     vec2 q = p - clamp(along, -1.0, 1.0) * half_way;

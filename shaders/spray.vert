@@ -1,5 +1,5 @@
-// Powder in the air: a thin puff, or else (the constant `puffs` is 0) grains in it, points or lines where they go far
-// while the shutter is open. Every particle stands twice in the buffer: for both ends of a line.
+// Powder in the air: a thin puff, or else grains in it, points or lines where they go far while
+// the shutter is open: the constants `puffs` and `lines` tell. Every particle stands twice in the buffer: for both ends of a line.
 layout(location = 0) in vec3 center;
 layout(location = 1) in vec3 velocity;   // [m/s]
 layout(location = 2) in float amount;    // 0 to 1
@@ -7,7 +7,6 @@ layout(location = 3) in float hash;
 layout(location = 4) in float value;
 uniform float max_point_size;
 uniform float shutter;                   // [s]
-uniform bool lines;
 uniform float puff_share;                // of the particles have puffs
 uniform bool coloured;                   // by a colour map
 uniform sampler2D palette;
@@ -54,11 +53,11 @@ void main() {
     vec3 sun = sun_light * sqrt(light.rgb) * seen * (0.62 + 1.2 * pow(forward, 6.0));
     vec3 colour = sun + (0.9 * open_sky(light.a)) * (sky_light + 0.5 * bounce_by_normal(vec3(0.0)));
 
-    if (lines) opacity = min(2.5 * opacity * min(radius, 1.5), 0.9);
+    if (lines == 1) opacity = min(2.5 * opacity * min(radius, 1.5), 0.9);
     spray_colour = vec4(seen_through_air(colour, spray_depth, ray), opacity);
     if (coloured) spray_colour.rgb = pow(textureLod(palette, vec2(value, 0.5), 0.0).rgb, vec3(2.2));
-    bool shown = streak == lines && (!puff || hash < puff_share) && opacity > 0.004 && spray_depth > near_depth;
+    bool shown = streak == (lines == 1) && (!puff || hash < puff_share) && opacity > 0.004 && spray_depth > near_depth;
     gl_Position = shown ? projection * vec4(at, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
-    if (lines) gl_Position.xy += ((gl_VertexID & 1) == 0 ? -2.0 : 2.0) * straight / samples * gl_Position.w;
+    if (lines == 1) gl_Position.xy += ((gl_VertexID & 1) == 0 ? -2.0 : 2.0) * straight / samples * gl_Position.w;
     gl_PointSize = min(spray_size, max_point_size);
 }
