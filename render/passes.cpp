@@ -122,6 +122,7 @@ void Renderer::Passes::bound_shadows() {
         bind_texture(unit_shadow_bounds, GL_TEXTURE_2D, from);
         shadow_bounds_program.set("edge", edge);
         shadow_bounds_program.set("reach", reach);
+        shadow_bounds_program.set("last_step", to.id() == shadow_bounds_target.id());
         glBindFramebuffer(GL_FRAMEBUFFER, to.id());
         glDrawArrays(GL_TRIANGLES, 0, 3);
     };
@@ -268,12 +269,14 @@ void Renderer::Passes::shade(const Frame& frame) {
     };
     shade_kind(kind_sky, sky_program);
     glDrawArrays(GL_TRIANGLES, 0, 3);
+    glBindSampler(unit_relief, quick_reader.id());
     for (std::size_t i = 0; i < frame.solids.size(); ++i) {
         const Program& program = solid_program(frame.solids[i].look, frame.bodies);
         shade_kind(kind_solid + static_cast<GLint>(i), program);
         program.set("moved", frame.solids[i].moved);
         glDrawArrays(GL_TRIANGLES, 0, 3);
     }
+    glBindSampler(unit_relief, 0);
     check_gl("shading of solids");
     shade_kind(kind_snow, shading_program("snow", {"light.glsl", "bodies.glsl", "shade_snow.frag"}, frame.bodies));
     glDrawArrays(GL_TRIANGLES, 0, 3);

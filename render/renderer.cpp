@@ -14,7 +14,7 @@ Effort effort_of(Quality quality) {
                     .puffs = 0.25f, .grains = 1, .fine_light = false};
         case Quality::preview:
             return {.edge = 1, .least_radius = 0.8f, .shadow_size = 1024, .shadow_taps = 10, .children = 8,
-                    .puffs = 0.3f, .grains = 2, .fine_light = false};
+                    .puffs = 0.25f, .grains = 2, .fine_light = false};
         default:
             return {.edge = 2, .least_radius = 0.8f, .shadow_size = 2048, .shadow_taps = 16, .children = 10,
                     .puffs = 0.4f, .grains = 3, .fine_light = true};
@@ -73,7 +73,7 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
         shadow_blocks[i] = make_texture_2d(GL_RGBA32F, i ? bounds_across : blocks_across, i ? bounds_across : blocks_across);
         shadow_blocks_target[i] = make_framebuffer({&shadow_blocks[i]});
     }
-    shadow_bounds = make_texture_2d(GL_RGBA32F, bounds_across, bounds_across);
+    shadow_bounds = make_texture_2d(GL_RGB10_A2, bounds_across, bounds_across);
     shadow_bounds_target = make_framebuffer({&shadow_bounds});
     shadow_all_target = make_framebuffer({}, &shadow_all);
     shadow_bodies_target = make_framebuffer({}, &shadow_bodies);

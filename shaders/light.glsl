@@ -3,7 +3,7 @@
 uniform sampler2DShadow shadow_all;     // by snow and bodies
 uniform sampler2D shadow_depths;        // the same texture as numbers
 uniform sampler2D spray_shadow;         // optical depth of the spray between the sun and what is solid
-uniform sampler2D shadow_bounds;        // least and largest depth near, thickest spray (shadow_bounds.frag)
+uniform sampler2D shadow_bounds;        // least and largest depth near, any spray (shadow_bounds.frag)
 uniform sampler3D snow_light;           // scattered sun in rgb, visible sky in alpha
 
 uniform vec3 volume_origin;        // [m]
