@@ -13,7 +13,7 @@ Effort effort_of(Quality quality) {
             return {.edge = 0.5, .least_radius = 1.5f, .shadow_size = 512, .shadow_taps = 4, .children = 0,
                     .puffs = 0.25f, .grains = 1, .fine_light = false};
         case Quality::preview:
-            return {.edge = 1, .least_radius = 0.8f, .shadow_size = 1024, .shadow_taps = 10, .children = 8,
+            return {.edge = 1, .least_radius = 1.3f, .shadow_size = 1024, .shadow_taps = 10, .children = 8,
                     .puffs = 0.25f, .grains = 2, .fine_light = false};
         default:
             return {.edge = 2, .least_radius = 0.8f, .shadow_size = 2048, .shadow_taps = 16, .children = 10,

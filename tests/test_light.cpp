@@ -134,6 +134,28 @@ TEST_CASE("what lies deep inside is not drawn, and nothing of the surface is mis
     CHECK(top == n * n);  // all that the sun reaches throws a shadow
 }
 
+TEST_CASE("where particles are small, some of them cover as much as all would", "[light]") {
+    const std::vector<float> x = block(40, 40);
+    const Density density = density_at(x);
+    Density soft = density;
+    soft.rho = smoothed(density.rho);
+    const View view = view_of(Camera{{0.2, 0.2, 30}, {0.2, 0.2, 0.2}, 40}, {}, 1, 0);
+    const auto area = [&](float least_radius, std::size_t& count) {
+        double sum = 0;
+        count = 0;
+        for (const Splat& s : visible_splats({x, {}, spacing}, density, soft, view, to_sun, 4, least_radius).all)
+            if (s.hash != 0.5f) sum += s.radius * s.radius, ++count;  // 0.5: plugs, which are not particles
+        return sum;
+    };
+    std::size_t all = 0, some = 0;
+    const double covered = area(0, all);
+    const float wanted = 0.85f * spacing / (view.sample_tan * 29.8f);  // radius of a particle [samples]
+    CHECK(area(2 * wanted, some) == Approx(covered).epsilon(0.05));
+    CHECK(double(some) == Approx(0.25 * double(all)).epsilon(0.05));
+    area(0.9f * wanted, some);
+    CHECK(some == all);
+}
+
 TEST_CASE("a single particle is spray in flight and a crumb at rest, unbroken snow is neither", "[light]") {
     const std::vector<float> one = {0.3f, 0.2f, 0.1f};
     const Splats crumb = splats_of(one, {0, 0, 9});
