@@ -51,7 +51,8 @@ Box3f quantiles_of(const ParticleView& particles, double left_out) {
     for (int a = 0; a < 3; ++a) {
         auto& v = values[a];
         const auto rank = static_cast<std::size_t>(left_out * static_cast<double>(v.size()));
-        const auto low = v.begin() + static_cast<std::ptrdiff_t>(rank), high = v.end() - 1 - static_cast<std::ptrdiff_t>(rank);
+        const auto low = v.begin() + static_cast<std::ptrdiff_t>(rank),
+                   high = v.end() - 1 - static_cast<std::ptrdiff_t>(rank);
         std::nth_element(v.begin(), low, v.end());
         box.lower[a] = *low;
         std::nth_element(v.begin(), high, v.end());
@@ -62,10 +63,9 @@ Box3f quantiles_of(const ParticleView& particles, double left_out) {
 
 /// Cells of the box, an even number of them, in double as it may be too large for anything else.
 Eigen::Vector3d cells_of(const Box3f& box, double cell) {
-    const Eigen::Vector3d cells =
-        ((box.upper.cast<double>() / cell).array().floor() -
-            (box.lower.cast<double>() / cell).array().floor()) +
-           1 + 2 * padding;
+    const Eigen::Vector3d cells = ((box.upper.cast<double>() / cell).array().floor() -
+                                   (box.lower.cast<double>() / cell).array().floor()) +
+                                  1 + 2 * padding;
     return 2 * (cells / 2).array().ceil();
 }
 
@@ -79,9 +79,11 @@ void smooth_along(int axis, const Field& from, std::vector<float>& to) {
             const float* row = &from.values[from.index(0, j, k)];
             float* result = &to[from.index(0, j, k)];
             if (axis == 0) {
-                for (int i = 1; i < n.x() - 1; ++i) result[i] = 0.25f * (row[i - 1] + 2 * row[i] + row[i + 1]);
+                for (int i = 1; i < n.x() - 1; ++i)
+                    result[i] = 0.25f * (row[i - 1] + 2 * row[i] + row[i + 1]);
                 for (const int i : {0, n.x() - 1})
-                    result[i] = 0.25f * ((i > 0 ? row[i - 1] : 0) + 2 * row[i] + (i + 1 < n.x() ? row[i + 1] : 0));
+                    result[i] =
+                        0.25f * ((i > 0 ? row[i - 1] : 0) + 2 * row[i] + (i + 1 < n.x() ? row[i + 1] : 0));
                 continue;
             }
             const int at = axis == 1 ? j : k;
@@ -113,14 +115,17 @@ std::vector<int> shared_slices(const Density& density, const ParticleView& parti
     std::vector<std::size_t> count(density.rho.size.z() + 1, 1);
     for (std::size_t p = 0; p < particles.size(); p += 64) {
         const float* x = &particles.x[3 * p];
-        if (drawable(x)) ++count[std::clamp((x[2] - density.origin.z()) / density.cell, 0.0f, float(density.rho.size.z()))];
+        if (drawable(x))
+            ++count[std::clamp((x[2] - density.origin.z()) / density.cell, 0.0f,
+                               float(density.rho.size.z()))];
     }
     const std::size_t all = std::accumulate(count.begin(), count.end(), std::size_t(0));
     std::vector<int> ends{0};
     std::size_t sum = 0;
     for (int k = 0; k < density.rho.size.z(); ++k) {
         sum += count[k];
-        if (sum * threads >= all * ends.size() && static_cast<int>(ends.size()) < threads) ends.push_back(k + 1);
+        if (sum * threads >= all * ends.size() && static_cast<int>(ends.size()) < threads)
+            ends.push_back(k + 1);
     }
     ends.push_back(density.rho.size.z());
     return ends;
@@ -145,7 +150,8 @@ void add_particles(Density& density, const ParticleView& particles, float share)
             const float u = (x[3 * p] - first.x()) * per_cell, v = (x[3 * p + 1] - first.y()) * per_cell;
             if (!(u >= 0 && u < last.x() && v >= 0 && v < last.y())) continue;
             const int i = static_cast<int>(u), j = static_cast<int>(v), k = static_cast<int>(w);
-            const float fu = u - static_cast<float>(i), fv = v - static_cast<float>(j), fw = w - static_cast<float>(k);
+            const float fu = u - static_cast<float>(i), fv = v - static_cast<float>(j),
+                        fw = w - static_cast<float>(k);
             float* at = rho + density.rho.index(i, j, k);
             const auto add_slice = [&](float* slice, float part) {
                 slice[0] += part * (1 - fv) * (1 - fu);
@@ -165,7 +171,8 @@ Density density_of(const ParticleView& particles, std::size_t max_cells) {
     Density density;
     double cell = 2.0 * particles.spacing;
     Box3f box = bounds_of(particles);
-    const Box3f inner = quantiles_of(particles, 0.002);  // a few particles in the air shall not cost light for all of it
+    const Box3f inner =
+        quantiles_of(particles, 0.002);  // a few particles in the air shall not cost light for all of it
     const double cells = cells_of(box, cell).prod();
     if (cells > static_cast<double>(max_cells) || cells_of(inner, cell).prod() < 0.75 * cells) box = inner;
     while (cells_of(box, cell).prod() > static_cast<double>(max_cells)) cell *= 2;

@@ -35,10 +35,12 @@ std::string joined_names(const std::vector<std::string>& files) {
 }
 
 /// Messages of the compiler count lines from 1 in every file, and files from 0, which is common.glsl.
-Shader compile(GLenum stage, const std::vector<std::string>& files, const std::map<std::string, int>& constants) {
+Shader compile(GLenum stage, const std::vector<std::string>& files,
+               const std::map<std::string, int>& constants) {
     const auto sources = shader_sources();
     std::string text = "#version 330 core\n";
-    for (const auto& [name, value] : constants) text += "const int " + name + " = " + std::to_string(value) + ";\n";
+    for (const auto& [name, value] : constants)
+        text += "const int " + name + " = " + std::to_string(value) + ";\n";
     text += "#line 1 0\n" + sources.at("common.glsl");
     for (std::size_t i = 0; i < files.size(); ++i)
         text += "\n#line 1 " + std::to_string(i + 1) + "\n" + sources.at(files[i]);

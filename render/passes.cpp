@@ -39,7 +39,8 @@ void Renderer::Passes::set_light(const Program& program, const Frame& frame) con
     program.set("shadow_matrix", frame.shadow.matrix);
     program.set("shadow_texel", frame.shadow.texel);
     program.set("shadow_span", frame.shadow.texel * static_cast<float>(effort.shadow_size));
-    program.set("shadow_reach", frame.shadow.texel * static_cast<float>(2 * effort.shadow_size / bounds_across));
+    program.set("shadow_reach",
+                frame.shadow.texel * static_cast<float>(2 * effort.shadow_size / bounds_across));
     program.set("shadow_taps", effort.shadow_taps);
     program.set("to_sun", frame.to_sun);
     program.set("sun_light", frame.light.sun);
@@ -213,7 +214,8 @@ void Renderer::Passes::smooth_depth(const Frame& frame) {
     check_gl("smoothing");
 }
 
-const Program& Renderer::Passes::shading_program(const std::string& name, const std::vector<std::string>& files,
+const Program& Renderer::Passes::shading_program(const std::string& name,
+                                                 const std::vector<std::string>& files,
                                                  const BodyDistances& bodies) {
     const std::array<int, 4> counts = {bodies.boxes, bodies.capsules, bodies.cylinders, bodies.planes};
     const auto key = std::pair(name, counts);
@@ -221,18 +223,21 @@ const Program& Renderer::Passes::shading_program(const std::string& name, const 
     if (made != shading_programs.end()) return made->second;
     return shading_programs
         .emplace(key, Program({"full_screen.vert"}, files,
-                              {{"boxes", counts[0]}, {"capsules", counts[1]}, {"cylinders", counts[2]},
+                              {{"boxes", counts[0]},
+                               {"capsules", counts[1]},
+                               {"cylinders", counts[2]},
                                {"planes", counts[3]}}))
         .first->second;
 }
 
 const Program& Renderer::Passes::solid_program(Look look, const BodyDistances& bodies) {
     static const std::map<Look, std::string> names = {
-        {Look::snow, "snow"},   {Look::ice, "ice"},           {Look::soil, "soil"},  {Look::wood, "wood"},
+        {Look::snow, "snow"},   {Look::ice, "ice"},           {Look::soil, "soil"},   {Look::wood, "wood"},
         {Look::tiles, "tiles"}, {Look::concrete, "concrete"}, {Look::metal, "metal"},
     };
     const std::string file = "look_" + names.at(look) + ".glsl";
-    return shading_program(file, {"light.glsl", "bodies.glsl", "solid.glsl", file, "shade_solid.frag"}, bodies);
+    return shading_program(file, {"light.glsl", "bodies.glsl", "solid.glsl", file, "shade_solid.frag"},
+                           bodies);
 }
 
 void Renderer::Passes::shade(const Frame& frame) {
@@ -278,7 +283,8 @@ void Renderer::Passes::shade(const Frame& frame) {
     }
     glBindSampler(unit_relief, 0);
     check_gl("shading of solids");
-    shade_kind(kind_snow, shading_program("snow", {"light.glsl", "bodies.glsl", "shade_snow.frag"}, frame.bodies));
+    shade_kind(kind_snow,
+               shading_program("snow", {"light.glsl", "bodies.glsl", "shade_snow.frag"}, frame.bodies));
     glDrawArrays(GL_TRIANGLES, 0, 3);
     glDisable(GL_STENCIL_TEST);
     check_gl("shading");

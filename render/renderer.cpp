@@ -10,14 +10,32 @@ namespace firn {
 Effort effort_of(Quality quality) {
     switch (quality) {
         case Quality::draft:
-            return {.edge = 0.5, .least_radius = 1.5f, .shadow_size = 512, .shadow_taps = 4, .children = 0,
-                    .puffs = 0.25f, .grains = 1, .fine_light = false};
+            return {.edge = 0.5,
+                    .least_radius = 1.5f,
+                    .shadow_size = 512,
+                    .shadow_taps = 8,
+                    .children = 0,
+                    .puffs = 0.25f,
+                    .grains = 1,
+                    .fine_light = false};
         case Quality::preview:
-            return {.edge = 1, .least_radius = 1.3f, .shadow_size = 1024, .shadow_taps = 10, .children = 8,
-                    .puffs = 0.25f, .grains = 2, .fine_light = false};
+            return {.edge = 1,
+                    .least_radius = 1.3f,
+                    .shadow_size = 1024,
+                    .shadow_taps = 10,
+                    .children = 8,
+                    .puffs = 0.25f,
+                    .grains = 2,
+                    .fine_light = false};
         default:
-            return {.edge = 2, .least_radius = 0.8f, .shadow_size = 2048, .shadow_taps = 16, .children = 10,
-                    .puffs = 0.4f, .grains = 3, .fine_light = true};
+            return {.edge = 2,
+                    .least_radius = 0.8f,
+                    .shadow_size = 2048,
+                    .shadow_taps = 16,
+                    .children = 10,
+                    .puffs = 0.4f,
+                    .grains = 3,
+                    .fine_light = true};
     }
 }
 
@@ -60,7 +78,8 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
     const int largest = std::max({inner.x(), inner.y(), picture.width, picture.height});
     if (std::min(picture.width, picture.height) < 1 || largest > limit)
         throw GLError("a picture of " + std::to_string(picture.width) + "×" + std::to_string(picture.height) +
-                      " pixels cannot be drawn: from 1 to " + std::to_string(static_cast<int>(limit / std::max(effort.edge, 1.0))) +
+                      " pixels cannot be drawn: from 1 to " +
+                      std::to_string(static_cast<int>(limit / std::max(effort.edge, 1.0))) +
                       " pixels either way are possible at this quality");
     margin = std::min(static_cast<int>(16 * effort.edge), (limit - largest) / 2);
     const int width = inner.x() + 2 * margin, height = inner.y() + 2 * margin;
@@ -70,7 +89,8 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
     spray_shadow = make_texture_2d(GL_R16F, effort.shadow_size / 2, effort.shadow_size / 2, GL_LINEAR);
     spray_shadow_target = make_framebuffer({&spray_shadow}, &shadow_bodies);
     for (int i = 0; i < 2; ++i) {
-        shadow_blocks[i] = make_texture_2d(GL_RGBA32F, i ? bounds_across : blocks_across, i ? bounds_across : blocks_across);
+        shadow_blocks[i] =
+            make_texture_2d(GL_RGBA32F, i ? bounds_across : blocks_across, i ? bounds_across : blocks_across);
         shadow_blocks_target[i] = make_framebuffer({&shadow_blocks[i]});
     }
     shadow_bounds = make_texture_2d(GL_RGB10_A2, bounds_across, bounds_across);

@@ -25,8 +25,10 @@ void add_distance(BodyDistances& bodies, const Shape& shape, const Vec3d& moved)
         bodies.b.insert(bodies.b.begin() + after, with(b, w));
         ++count;
     };
-    const int boxes = bodies.boxes, capsules = boxes + bodies.capsules, cylinders = capsules + bodies.cylinders;
-    if (const auto* box = std::get_if<Box>(&shape.kind())) add(bodies.boxes, boxes, box->center, 0.5 * box->size, 0);
+    const int boxes = bodies.boxes, capsules = boxes + bodies.capsules,
+              cylinders = capsules + bodies.cylinders;
+    if (const auto* box = std::get_if<Box>(&shape.kind()))
+        add(bodies.boxes, boxes, box->center, 0.5 * box->size, 0);
     if (const auto* s = std::get_if<Sphere>(&shape.kind()))
         add(bodies.capsules, capsules, s->center, s->center + moved, s->radius);
     if (const auto* c = std::get_if<Capsule>(&shape.kind()))

@@ -34,8 +34,12 @@ Eigen::Vector3f cell_coordinates(const Vector3f& x, const Density& density) {
 }  // namespace
 
 Cover::Cover(const Density& density)
-    : origin(density.origin), cell(density.cell), size(density.rho.size), blocks((size.array() + 3) / 4),
-      cells(density.rho.values.size()), any(blocks.cast<std::size_t>().prod()) {
+    : origin(density.origin),
+      cell(density.cell),
+      size(density.rho.size),
+      blocks((size.array() + 3) / 4),
+      cells(density.rho.values.size()),
+      any(blocks.cast<std::size_t>().prod()) {
 #pragma omp parallel for
     for (int b = 0; b < blocks.z(); ++b)
         for (int k = 4 * b; k < std::min(4 * b + 4, size.z()); ++k)
@@ -44,7 +48,8 @@ Cover::Cover(const Density& density)
                 const float* rho = &density.rho.values[first];
                 std::uint8_t* to = &cells[first];
                 for (int i = 0; i < size.x(); ++i)
-                    to[i] = static_cast<std::uint8_t>(static_cast<int>(std::clamp(200 * rho[i] - 100, 0.0f, 100.0f)));
+                    to[i] = static_cast<std::uint8_t>(
+                        static_cast<int>(std::clamp(200 * rho[i] - 100, 0.0f, 100.0f)));
                 std::uint8_t* block = &any[(static_cast<std::size_t>(b) * blocks.y() + j / 4) * blocks.x()];
                 for (int i = 0; i < size.x(); ++i) block[i / 4] |= to[i];
             }
@@ -77,7 +82,8 @@ bool Cover::covers(const Vector3f& x, const Vector3f& direction, float distance,
 bool is_covered(const Vector3f& splat, const Vector3f& eye, const Cover& cover, float from_cells) {
     const Vector3f way = eye - splat;
     const float distance = way.norm();
-    return distance > 4 * cover.cell && cover.covers(splat, way / distance, distance - cover.cell, from_cells);
+    return distance > 4 * cover.cell &&
+           cover.covers(splat, way / distance, distance - cover.cell, from_cells);
 }
 
 namespace {
@@ -125,14 +131,17 @@ std::vector<std::uint8_t> hidden_cells(const Density& density, const Cover& cove
 
 /// Adds the hidden cells of a slice that touch one which is not: the plugs. Half a cell's diagonal is 0.87.
 template <class Add>
-void add_plugs(const Density& density, const std::vector<std::uint8_t>& hidden, const Field& values, int k, Add add) {
+void add_plugs(const Density& density, const std::vector<std::uint8_t>& hidden, const Field& values, int k,
+               Add add) {
     const Eigen::Vector3i n = density.rho.size;
-    const auto inner = [&](int i, int j, int l) { return (hidden[density.rho.index(i, j, l)] & enclosed) != 0; };
+    const auto inner = [&](int i, int j, int l) {
+        return (hidden[density.rho.index(i, j, l)] & enclosed) != 0;
+    };
     for (int j = 1; j < n.y() - 1; ++j)
         for (int i = 1; i < n.x() - 1; ++i) {
             if (!inner(i, j, k)) continue;
             const bool deep = inner(i - 1, j, k) && inner(i + 1, j, k) && inner(i, j - 1, k) &&
-                                  inner(i, j + 1, k) && inner(i, j, k - 1) && inner(i, j, k + 1);
+                              inner(i, j + 1, k) && inner(i, j, k - 1) && inner(i, j, k + 1);
             if (deep) continue;
             const Vector3f x = density.origin + density.cell * Vector3f(i + 0.5f, j + 0.5f, k + 0.5f);
             add(Splat{x.x(), x.y(), x.z(), 0.62f * density.cell, 0.5f,
@@ -238,14 +247,16 @@ Splats visible_splats(const ParticleView& particles, const Density& density, con
             const int covered = hidden_at(x);
             if (covered >= (from_eye | from_sun)) continue;
             // A share of the particles, the same in every frame, covers as much [Cook et al. 2007].
-            const float hash = hash_of(static_cast<std::uint32_t>(p)), wanted = wanted_per_radius * (x - view.eye).norm(),
+            const float hash = hash_of(static_cast<std::uint32_t>(p)),
+                        wanted = wanted_per_radius * (x - view.eye).norm(),
                         share = wanted > 1 ? 1 / (wanted * wanted) : 1;
-            const float whole = wholeness(soft.at(x)),
-                        flying = flight(particles, p);
+            const float whole = wholeness(soft.at(x)), flying = flight(particles, p);
             if (const float amount = (1 - whole) * (0.5f + 0.5f * flying); amount > 0.15f)
                 piece.spray.resize(piece.spray.size() + 2, spray_point(particles, p, amount, hash));
-            if (const float solid_share = std::max(whole, 0.42f * (1 - flying)); solid_share > 0.02f && kept_by(hash) <= share)
-                add({at[0], at[1], at[2], radius_of(particles.spacing, solid_share, hash) * std::max(wanted, 1.0f), hash,
+            if (const float solid_share = std::max(whole, 0.42f * (1 - flying));
+                solid_share > 0.02f && kept_by(hash) <= share)
+                add({at[0], at[1], at[2],
+                     radius_of(particles.spacing, solid_share, hash) * std::max(wanted, 1.0f), hash,
                      particles.value.empty() ? 0 : particles.value[p]},
                     covered);
         }
@@ -258,8 +269,8 @@ Splats visible_splats(const ParticleView& particles, const Density& density, con
     };
     std::size_t count = 0;
     for (const Piece& piece : pieces)
-        count += piece.near_lit.size() + piece.near_unlit.size() + piece.far_unlit.size() + piece.far_lit.size() +
-                 piece.unseen_lit.size();
+        count += piece.near_lit.size() + piece.near_unlit.size() + piece.far_unlit.size() +
+                 piece.far_lit.size() + piece.unseen_lit.size();
     splats.all.reserve(count);
     splats.near_lit = append_all(&Piece::near_lit);
     splats.near = append_all(&Piece::near_unlit);

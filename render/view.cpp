@@ -37,8 +37,8 @@ View view_of(const Camera& camera, const Picture& picture, double edge, int marg
     view.basis = basis_along(forward).cast<float>();
     view.samples = samples_of(picture, edge, margin);
     view.margin = margin;
-    view.sample_tan = static_cast<float>(2 * std::tan(radians(camera.field_of_view) / 2) /
-                                         (picture.height * edge));
+    view.sample_tan =
+        static_cast<float>(2 * std::tan(radians(camera.field_of_view) / 2) / (picture.height * edge));
     view.near_depth = static_cast<float>(0.01 * scale);
     view.haze_distance = static_cast<float>(60 * scale);
     return view;

@@ -143,7 +143,8 @@ TEST_CASE("where particles are small, some of them cover as much as all would", 
     const auto area = [&](float least_radius, std::size_t& count) {
         double sum = 0;
         count = 0;
-        for (const Splat& s : visible_splats({x, {}, spacing}, density, soft, view, to_sun, 4, least_radius).all)
+        for (const Splat& s :
+             visible_splats({x, {}, spacing}, density, soft, view, to_sun, 4, least_radius).all)
             if (s.hash != 0.5f) sum += s.radius * s.radius, ++count;  // 0.5: plugs, which are not particles
         return sum;
     };
