@@ -1,8 +1,11 @@
 #include "render/density.h"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 namespace firn {
 
@@ -18,19 +21,27 @@ struct Box3f {
 };
 
 Box3f bounds_of(const ParticleView& particles) {
+    constexpr std::ptrdiff_t piece = 16384;
+    const auto count = static_cast<std::ptrdiff_t>(particles.size());
     Box3f box{Vector3f::Constant(INFINITY), Vector3f::Constant(-INFINITY)};
-    for (std::size_t p = 0; p < particles.size(); ++p) {
-        const float* x = &particles.x[3 * p];
-        if (!drawable(x)) continue;
-        box.lower = box.lower.cwiseMin(Vector3f(x[0], x[1], x[2]));
-        box.upper = box.upper.cwiseMax(Vector3f(x[0], x[1], x[2]));
+#pragma omp parallel for
+    for (std::ptrdiff_t first = 0; first < count; first += piece) {
+        Box3f mine{Vector3f::Constant(INFINITY), Vector3f::Constant(-INFINITY)};
+        for (std::ptrdiff_t p = first; p < std::min(count, first + piece); ++p) {
+            const float* x = &particles.x[3 * p];
+            if (!drawable(x)) continue;
+            mine.lower = mine.lower.cwiseMin(Vector3f(x[0], x[1], x[2]));
+            mine.upper = mine.upper.cwiseMax(Vector3f(x[0], x[1], x[2]));
+        }
+#pragma omp critical
+        box = {box.lower.cwiseMin(mine.lower), box.upper.cwiseMax(mine.upper)};
     }
     return box.lower.x() > box.upper.x() ? Box3f{Vector3f::Zero(), Vector3f::Zero()} : box;
 }
 
 /// Holds all but a share of `left_out` of the particles at either end of each axis.
 Box3f quantiles_of(const ParticleView& particles, double left_out) {
-    const std::size_t step = particles.size() / 65536 + 1;  // 2¹⁶ particles at even steps tell enough
+    const std::size_t step = particles.size() / 32768 + 1;  // 2¹⁵ particles at even steps tell enough
     std::array<std::vector<float>, 3> values;
     for (std::size_t p = 0; p < particles.size(); p += step)
         if (drawable(&particles.x[3 * p]))
@@ -40,41 +51,47 @@ Box3f quantiles_of(const ParticleView& particles, double left_out) {
     for (int a = 0; a < 3; ++a) {
         auto& v = values[a];
         const auto rank = static_cast<std::size_t>(left_out * static_cast<double>(v.size()));
-        std::sort(v.begin(), v.end());
-        box.lower[a] = v[rank];
-        box.upper[a] = v[v.size() - 1 - rank];
+        const auto low = v.begin() + static_cast<std::ptrdiff_t>(rank),
+                   high = v.end() - 1 - static_cast<std::ptrdiff_t>(rank);
+        std::nth_element(v.begin(), low, v.end());
+        box.lower[a] = *low;
+        std::nth_element(v.begin(), high, v.end());
+        box.upper[a] = *high;
     }
     return box;
 }
 
-/// Cells of the box, in double as it may be too large for anything else.
+/// Cells of the box, an even number of them, in double as it may be too large for anything else.
 Eigen::Vector3d cells_of(const Box3f& box, double cell) {
-    return ((box.upper.cast<double>() / cell).array().floor() -
-            (box.lower.cast<double>() / cell).array().floor()) +
-           1 + 2 * padding;
+    const Eigen::Vector3d cells = ((box.upper.cast<double>() / cell).array().floor() -
+                                   (box.lower.cast<double>() / cell).array().floor()) +
+                                  1 + 2 * padding;
+    return 2 * (cells / 2).array().ceil();
 }
 
-template <class Combine>
-Field filtered(Field field, Combine combine) {
-    const Vector3i n = field.size;
-    const std::array<std::size_t, 3> stride = {1, static_cast<std::size_t>(n.x()),
-                                               static_cast<std::size_t>(n.x()) * n.y()};
-    std::vector<float> result(field.values.size());
-    for (int axis = 0; axis < 3; ++axis) {
-        const std::size_t s = stride[axis];
+/// One axis of a filter; zero lies outside.
+void smooth_along(int axis, const Field& from, std::vector<float>& to) {
+    const Vector3i n = from.size;
+    const std::vector<float> zeros(n.x(), 0.0f);
 #pragma omp parallel for
-        for (int k = 0; k < n.z(); ++k)
-            for (int j = 0; j < n.y(); ++j)
-                for (int i = 0; i < n.x(); ++i) {
-                    const int at = axis == 0 ? i : axis == 1 ? j : k;
-                    const std::size_t c = field.index(i, j, k);
-                    const float before = at > 0 ? field.values[c - s] : 0;
-                    const float after = at + 1 < n[axis] ? field.values[c + s] : 0;
-                    result[c] = combine(before, field.values[c], after);
-                }
-        field.values.swap(result);
-    }
-    return field;
+    for (int k = 0; k < n.z(); ++k)
+        for (int j = 0; j < n.y(); ++j) {
+            const float* row = &from.values[from.index(0, j, k)];
+            float* result = &to[from.index(0, j, k)];
+            if (axis == 0) {
+                for (int i = 1; i < n.x() - 1; ++i)
+                    result[i] = 0.25f * (row[i - 1] + 2 * row[i] + row[i + 1]);
+                for (const int i : {0, n.x() - 1})
+                    result[i] =
+                        0.25f * ((i > 0 ? row[i - 1] : 0) + 2 * row[i] + (i + 1 < n.x() ? row[i + 1] : 0));
+                continue;
+            }
+            const int at = axis == 1 ? j : k;
+            const std::ptrdiff_t stride = axis == 1 ? n.x() : static_cast<std::ptrdiff_t>(n.x()) * n.y();
+            const float* before = at > 0 ? row - stride : zeros.data();
+            const float* after = at + 1 < n[axis] ? row + stride : zeros.data();
+            for (int i = 0; i < n.x(); ++i) result[i] = 0.25f * (before[i] + 2 * row[i] + after[i]);
+        }
 }
 
 /// The lower corner of the eight cells around a point, and where it is between their centres.
@@ -93,18 +110,71 @@ Corner corner_of(const Density& density, const Vector3f& x) {
     return {floor.cast<int>(), u - floor, true};
 }
 
-}  // namespace
-
-bool drawable(const float* x) {
-    constexpr float far_away = 1e5f;  // [m]
-    return std::abs(x[0]) < far_away && std::abs(x[1]) < far_away && std::abs(x[2]) < far_away;
+/// Slices of the grid, shared out so that each thread has about as many particles.
+std::vector<int> shared_slices(const Density& density, const ParticleView& particles, int threads) {
+    std::vector<std::size_t> count(density.rho.size.z() + 1, 1);
+    for (std::size_t p = 0; p < particles.size(); p += 64) {
+        const float* x = &particles.x[3 * p];
+        if (drawable(x))
+            ++count[std::clamp((x[2] - density.origin.z()) / density.cell, 0.0f,
+                               float(density.rho.size.z()))];
+    }
+    const std::size_t all = std::accumulate(count.begin(), count.end(), std::size_t(0));
+    std::vector<int> ends{0};
+    std::size_t sum = 0;
+    for (int k = 0; k < density.rho.size.z(); ++k) {
+        sum += count[k];
+        if (sum * threads >= all * ends.size() && static_cast<int>(ends.size()) < threads)
+            ends.push_back(k + 1);
+    }
+    ends.push_back(density.rho.size.z());
+    return ends;
 }
+
+/// Every thread goes through all particles and adds to slices of its own: the order of each sum is that of the
+/// particles, for any number of threads.
+void add_particles(Density& density, const ParticleView& particles, float share) {
+    const std::vector<int> ends = shared_slices(density, particles, std::min(omp_get_max_threads(), 8));
+    float* rho = density.rho.values.data();
+    const std::size_t dy = static_cast<std::size_t>(density.rho.size.x()), dz = dy * density.rho.size.y();
+    const Vector3f first = density.origin + Vector3f::Constant(0.5f * density.cell);
+    const Vector3f last = (density.rho.size.array() - 1).cast<float>();
+    const float per_cell = 1 / density.cell, *x = particles.x.data();
+    const auto count = static_cast<std::ptrdiff_t>(particles.size());
+#pragma omp parallel for schedule(static, 1)
+    for (std::size_t piece = 0; piece < ends.size() - 1; ++piece) {
+        const float lower = static_cast<float>(ends[piece] - 1), upper = static_cast<float>(ends[piece + 1]);
+        for (std::ptrdiff_t p = 0; p < count; ++p) {
+            const float w = (x[3 * p + 2] - first.z()) * per_cell;
+            if (!(w >= lower && w < upper && w >= 0 && w < last.z())) continue;
+            const float u = (x[3 * p] - first.x()) * per_cell, v = (x[3 * p + 1] - first.y()) * per_cell;
+            if (!(u >= 0 && u < last.x() && v >= 0 && v < last.y())) continue;
+            const int i = static_cast<int>(u), j = static_cast<int>(v), k = static_cast<int>(w);
+            const float fu = u - static_cast<float>(i), fv = v - static_cast<float>(j),
+                        fw = w - static_cast<float>(k);
+            float* at = rho + density.rho.index(i, j, k);
+            const auto add_slice = [&](float* slice, float part) {
+                slice[0] += part * (1 - fv) * (1 - fu);
+                slice[1] += part * (1 - fv) * fu;
+                slice[dy] += part * fv * (1 - fu);
+                slice[dy + 1] += part * fv * fu;
+            };
+            if (k >= ends[piece]) add_slice(at, share * (1 - fw));
+            if (k + 1 < ends[piece + 1]) add_slice(at + dz, share * fw);
+        }
+    }
+}
+
+}  // namespace
 
 Density density_of(const ParticleView& particles, std::size_t max_cells) {
     Density density;
     double cell = 2.0 * particles.spacing;
     Box3f box = bounds_of(particles);
-    if (cells_of(box, cell).prod() > static_cast<double>(max_cells)) box = quantiles_of(particles, 0.002);
+    const Box3f inner =
+        quantiles_of(particles, 0.002);  // a few particles in the air shall not cost light for all of it
+    const double cells = cells_of(box, cell).prod();
+    if (cells > static_cast<double>(max_cells) || cells_of(inner, cell).prod() < 0.75 * cells) box = inner;
     while (cells_of(box, cell).prod() > static_cast<double>(max_cells)) cell *= 2;
 
     density.cell = static_cast<float>(cell);
@@ -112,24 +182,7 @@ Density density_of(const ParticleView& particles, std::size_t max_cells) {
     density.rho.size = cells_of(box, cell).cast<int>();
     density.rho.values.assign(static_cast<std::size_t>(cells_of(box, cell).prod()), 0.0f);
 
-    // One thread: a fixed order of the sums.
-    const float share = static_cast<float>(std::pow(particles.spacing / cell, 3));
-    float* rho = density.rho.values.data();
-    const std::size_t dy = static_cast<std::size_t>(density.rho.size.x()), dz = dy * density.rho.size.y();
-    for (std::size_t p = 0; p < particles.size(); ++p) {
-        const float* x = &particles.x[3 * p];
-        if (!drawable(x)) continue;
-        const Corner corner = corner_of(density, {x[0], x[1], x[2]});
-        if (!corner.inside) continue;
-        const Vector3f f = corner.f, g = Vector3f::Ones() - f;
-        float* at = rho + density.rho.index(corner.cell.x(), corner.cell.y(), corner.cell.z());
-        for (int k = 0; k < 2; ++k)
-            for (int j = 0; j < 2; ++j) {
-                const float w = share * (k ? f.z() : g.z()) * (j ? f.y() : g.y());
-                at[k * dz + j * dy] += w * g.x();
-                at[k * dz + j * dy + 1] += w * f.x();
-            }
-    }
+    add_particles(density, particles, static_cast<float>(std::pow(particles.spacing / cell, 3)));
     return density;
 }
 
@@ -147,12 +200,41 @@ float Density::at(const Vector3f& x) const {
     return sum;
 }
 
-Field smallest_around(const Field& field) {
-    return filtered(field, [](float a, float b, float c) { return std::min(a, std::min(b, c)); });
+std::vector<std::uint8_t> enclosed_cells(const Field& field, float least) {
+    const Vector3i n = field.size;
+    std::vector<std::uint8_t> cells(field.values.size()), result(cells.size());
+    const std::vector<std::uint8_t> zeros(n.x(), 0);
+#pragma omp parallel for
+    for (int k = 0; k < n.z(); ++k)
+        for (int j = 0; j < n.y(); ++j) {
+            const float* row = &field.values[field.index(0, j, k)];
+            std::uint8_t* to = &cells[field.index(0, j, k)];
+            for (int i = 1; i < n.x() - 1; ++i)
+                to[i] = (row[i - 1] >= least) & (row[i] >= least) & (row[i + 1] >= least);
+        }
+    for (const int axis : {1, 2}) {
+        const std::ptrdiff_t stride = axis == 1 ? n.x() : static_cast<std::ptrdiff_t>(n.x()) * n.y();
+#pragma omp parallel for
+        for (int k = 0; k < n.z(); ++k)
+            for (int j = 0; j < n.y(); ++j) {
+                const int at = axis == 1 ? j : k;
+                const std::uint8_t* row = &cells[field.index(0, j, k)];
+                const std::uint8_t* before = at > 0 ? row - stride : zeros.data();
+                const std::uint8_t* after = at + 1 < n[axis] ? row + stride : zeros.data();
+                std::uint8_t* to = &result[field.index(0, j, k)];
+                for (int i = 0; i < n.x(); ++i) to[i] = before[i] & row[i] & after[i];
+            }
+        cells.swap(result);
+    }
+    return cells;
 }
 
 Field smoothed(const Field& field) {
-    return filtered(field, [](float a, float b, float c) { return 0.25f * (a + 2 * b + c); });
+    Field result{field.size, std::vector<float>(field.values.size())}, other = result;
+    smooth_along(0, field, other.values);
+    smooth_along(1, other, result.values);
+    smooth_along(2, result, other.values);
+    return other;
 }
 
 std::vector<Eigen::Vector4f> outward_of(const Field& rho) {

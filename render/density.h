@@ -3,6 +3,8 @@
 
 #include <Eigen/Core>
 
+#include <cmath>
+#include <cstdint>
 #include <vector>
 
 namespace firn {
@@ -28,14 +30,17 @@ struct Density {
 };
 
 /// A particle that cannot be drawn: not finite, or farther than a float can place to a millimetre.
-bool drawable(const float* x);
+inline bool drawable(const float* x) {
+    constexpr float far_away = 1e5f;  // [m]
+    return std::abs(x[0]) < far_away && std::abs(x[1]) < far_away && std::abs(x[2]) < far_away;
+}
 
 /// The grid lies at multiples of the cell, so that it does not swim from frame to frame. Far single particles
 /// are left outside where they would cost more than `max_cells`; then cells grow, by factors of two.
 Density density_of(const ParticleView&, std::size_t max_cells);
 
-/// Smallest value among the 3×3×3 cells around each one; zero lies outside.
-Field smallest_around(const Field&);
+/// 1 where all of the 3×3×3 cells around have at least that value; nothing lies outside.
+std::vector<std::uint8_t> enclosed_cells(const Field&, float least);
 
 /// [1 2 1]/4 along each axis.
 Field smoothed(const Field&);

@@ -35,9 +35,13 @@ std::string joined_names(const std::vector<std::string>& files) {
 }
 
 /// Messages of the compiler count lines from 1 in every file, and files from 0, which is common.glsl.
-Shader compile(GLenum stage, const std::vector<std::string>& files) {
+Shader compile(GLenum stage, const std::vector<std::string>& files,
+               const std::map<std::string, int>& constants) {
     const auto sources = shader_sources();
-    std::string text = "#version 330 core\n#line 1 0\n" + sources.at("common.glsl");
+    std::string text = "#version 330 core\n";
+    for (const auto& [name, value] : constants)
+        text += "const int " + name + " = " + std::to_string(value) + ";\n";
+    text += "#line 1 0\n" + sources.at("common.glsl");
     for (std::size_t i = 0; i < files.size(); ++i)
         text += "\n#line 1 " + std::to_string(i + 1) + "\n" + sources.at(files[i]);
     Shader shader(glCreateShader(stage));
@@ -151,6 +155,16 @@ Sampler make_mipmap_reader() {
     return Sampler(id);
 }
 
+Sampler make_linear_reader() {
+    GLuint id = 0;
+    glGenSamplers(1, &id);
+    glSamplerParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glSamplerParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glSamplerParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glSamplerParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    return Sampler(id);
+}
+
 Texture make_volume_texture() { return make_texture(GL_TEXTURE_3D, GL_LINEAR, GL_CLAMP_TO_EDGE); }
 
 Texture make_tile_texture(int size, const std::uint8_t* texels) {
@@ -194,10 +208,11 @@ void bind_texture(int unit, GLenum target, const Texture& texture) {
     glBindTexture(target, texture.id());
 }
 
-Program::Program(const std::vector<std::string>& vertex_files, const std::vector<std::string>& fragment_files)
+Program::Program(const std::vector<std::string>& vertex_files, const std::vector<std::string>& fragment_files,
+                 const std::map<std::string, int>& constants)
     : program_(glCreateProgram()) {
-    const Shader vertex = compile(GL_VERTEX_SHADER, vertex_files);
-    const Shader fragment = compile(GL_FRAGMENT_SHADER, fragment_files);
+    const Shader vertex = compile(GL_VERTEX_SHADER, vertex_files, constants);
+    const Shader fragment = compile(GL_FRAGMENT_SHADER, fragment_files, constants);
     glAttachShader(program_.id(), vertex.id());
     glAttachShader(program_.id(), fragment.id());
     glLinkProgram(program_.id());

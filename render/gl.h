@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <initializer_list>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -60,6 +61,8 @@ Texture make_shadow_texture(int size);
 Sampler make_depth_reader(int unit);
 /// Reads a tile from the nearest of its smaller versions alone.
 Sampler make_mipmap_reader();
+/// Reads between texels.
+Sampler make_linear_reader();
 /// Empty 3D texture; linear, clamped.
 Texture make_volume_texture();
 /// RGBA, 8 bits a channel, with all its smaller versions; linear, repeats.
@@ -72,9 +75,11 @@ Framebuffer make_framebuffer(std::initializer_list<const Texture*> colours, cons
 void bind_texture(int unit, GLenum target, const Texture&);
 
 /// A vertex and a fragment shader, linked. Each is one or more files of shaders/, joined, behind common.glsl.
+/// Both find the constants defined.
 class Program {
 public:
-    Program(const std::vector<std::string>& vertex_files, const std::vector<std::string>& fragment_files);
+    Program(const std::vector<std::string>& vertex_files, const std::vector<std::string>& fragment_files,
+            const std::map<std::string, int>& constants = {});
     void use() const { glUseProgram(program_.id()); }
 
     // Of the program in use. A name that the linker has dropped is no error.

@@ -2,27 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace firn {
 
 using Eigen::Vector3f;
 
 namespace {
-
-/// Points spread over the unit disc, so that the first few are spread as evenly as all: each is turned on by
-/// the golden angle, and its share of the area is the next of van der Corput's sequence.
-std::vector<Eigen::Vector2f> even_disc() {
-    std::vector<Eigen::Vector2f> disc;
-    for (unsigned i = 0; i < 32; ++i) {
-        double share = 0, bit = 0.5;
-        for (unsigned k = i; k > 0; k /= 2, bit /= 2) share += bit * (k % 2);
-        const double radius = std::sqrt(share + 1.0 / 64),
-                     angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
-        disc.push_back(Eigen::Vector2d(radius * std::cos(angle), radius * std::sin(angle)).cast<float>());
-    }
-    return disc;
-}
 
 /// Levels of the à-trous smoothing that a deviation [samples] takes.
 int levels_for(double deviation) {
@@ -47,13 +32,15 @@ void Renderer::Passes::set_light(const Program& program, const Frame& frame) con
     program.set("shadow_all", unit_shadow_all);
     program.set("shadow_depths", unit_shadow_depths);
     program.set("spray_shadow", unit_spray_shadow);
+    program.set("shadow_bounds", unit_shadow_bounds);
     program.set("snow_light", unit_snow_light);
     program.set("volume_origin", frame.volume_origin);
     program.set("volume_size", frame.volume_size);
     program.set("shadow_matrix", frame.shadow.matrix);
     program.set("shadow_texel", frame.shadow.texel);
     program.set("shadow_span", frame.shadow.texel * static_cast<float>(effort.shadow_size));
-    program.set("disc[0]", even_disc());
+    program.set("shadow_reach",
+                frame.shadow.texel * static_cast<float>(2 * effort.shadow_size / bounds_across));
     program.set("shadow_taps", effort.shadow_taps);
     program.set("to_sun", frame.to_sun);
     program.set("sun_light", frame.light.sun);
@@ -66,7 +53,6 @@ void Renderer::Passes::set_light(const Program& program, const Frame& frame) con
 }
 
 void Renderer::Passes::set_bodies(const Program& program, const BodyDistances& bodies) const {
-    program.set("bodies", static_cast<int>(bodies.a.size()));
     program.set("body_a[0]", bodies.a);
     program.set("body_b[0]", bodies.b);
     program.set("body_reach", bodies.reach);
@@ -92,7 +78,8 @@ void Renderer::Passes::draw_shadows(const Frame& frame) {
         shadow_splat_program.set("texel", frame.shadow.texel);
         shadow_splat_program.set("max_point_size", max_point_size);
         glBindVertexArray(splat_array.id());
-        glDrawArrays(GL_POINTS, 0, frame.splats);
+        glDrawArrays(GL_POINTS, 0, frame.near_lit_splats);
+        glDrawArrays(GL_POINTS, frame.far_lit_splats, frame.splats - frame.far_lit_splats);
     }
     // Spray between the sun and the first body, its optical depths added up.
     glBindFramebuffer(GL_FRAMEBUFFER, spray_shadow_target.id());
@@ -112,7 +99,37 @@ void Renderer::Passes::draw_shadows(const Frame& frame) {
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
     glDisable(GL_DEPTH_CLAMP);
+    bound_shadows();
     check_gl("shadows");
+}
+
+/// Most of the picture is far from any shade or deep in it: what the map holds nearby tells where.
+void Renderer::Passes::bound_shadows() {
+    glDisable(GL_DEPTH_TEST);
+    glBindVertexArray(no_array.id());
+    shadow_blocks_program.use();
+    shadow_blocks_program.set("shadow_depths", unit_shadow_depths);
+    shadow_blocks_program.set("spray_shadow", unit_spray_shadow);
+    shadow_blocks_program.set("blocks_across", blocks_across);
+    bind_texture(unit_shadow_depths, GL_TEXTURE_2D, shadow_all);
+    bind_texture(unit_spray_shadow, GL_TEXTURE_2D, spray_shadow);
+    glBindFramebuffer(GL_FRAMEBUFFER, shadow_blocks_target[0].id());
+    glViewport(0, 0, blocks_across, blocks_across);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    shadow_bounds_program.use();
+    shadow_bounds_program.set("blocks", unit_shadow_bounds);
+    glViewport(0, 0, bounds_across, bounds_across);
+    const auto draw = [&](const Texture& from, const Framebuffer& to, int edge, int reach) {
+        bind_texture(unit_shadow_bounds, GL_TEXTURE_2D, from);
+        shadow_bounds_program.set("edge", edge);
+        shadow_bounds_program.set("reach", reach);
+        shadow_bounds_program.set("last_step", to.id() == shadow_bounds_target.id());
+        glBindFramebuffer(GL_FRAMEBUFFER, to.id());
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+    };
+    draw(shadow_blocks[0], shadow_blocks_target[1], blocks_across / bounds_across, 0);
+    draw(shadow_blocks[1], shadow_bounds_target, 1, 2);
+    glEnable(GL_DEPTH_TEST);
 }
 
 /// Depth and normal of what is nearest at every sample.
@@ -144,16 +161,20 @@ void Renderer::Passes::draw_surfaces(const Frame& frame) {
     check_gl("solids");
 
     glStencilFunc(GL_ALWAYS, kind_snow, 0xff);
-    splat_program.use();
-    set_view(splat_program, frame.view);
     bind_texture(unit_relief, GL_TEXTURE_2D, relief);
-    splat_program.set("relief", unit_relief);
     glBindSampler(unit_relief, quick_reader.id());
-    splat_program.set("grown_from", children_from);
-    splat_program.set("grown_to", 2.2f * children_from);
     glBindVertexArray(splat_array.id());
-    glDrawArraysInstanced(GL_POINTS, 0, frame.near_splats, 1 + effort.children);
-    glDrawArrays(GL_POINTS, frame.near_splats, frame.seen_splats - frame.near_splats);
+    for (const Program* program : {&near_splat_program, &splat_program}) {
+        program->use();
+        set_view(*program, frame.view);
+        program->set("relief", unit_relief);
+        program->set("grown_from", children_from);
+        program->set("grown_to", 2.2f * children_from);
+        if (program == &splat_program)
+            glDrawArrays(GL_POINTS, frame.near_splats, frame.seen_splats - frame.near_splats);
+        else if (frame.near_splats > 0)
+            glDrawArraysInstanced(GL_POINTS, 0, frame.near_splats, 1 + effort.children);
+    }
     glBindSampler(unit_relief, 0);
     glDisable(GL_DEPTH_TEST);
     glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
@@ -193,19 +214,30 @@ void Renderer::Passes::smooth_depth(const Frame& frame) {
     check_gl("smoothing");
 }
 
-const Program& Renderer::Passes::solid_program(Look look) {
-    static const std::map<Look, std::string> files = {
-        {Look::snow, "look_snow.glsl"},   {Look::ice, "look_ice.glsl"},
-        {Look::soil, "look_soil.glsl"},   {Look::wood, "look_wood.glsl"},
-        {Look::tiles, "look_tiles.glsl"}, {Look::concrete, "look_concrete.glsl"},
-        {Look::metal, "look_metal.glsl"},
-    };
-    const auto made = solid_programs.find(look);
-    if (made != solid_programs.end()) return made->second;
-    return solid_programs
-        .emplace(look, Program({"full_screen.vert"}, {"light.glsl", "bodies.glsl", "solid.glsl",
-                                                      files.at(look), "shade_solid.frag"}))
+const Program& Renderer::Passes::shading_program(const std::string& name,
+                                                 const std::vector<std::string>& files,
+                                                 const BodyDistances& bodies) {
+    const std::array<int, 4> counts = {bodies.boxes, bodies.capsules, bodies.cylinders, bodies.planes};
+    const auto key = std::pair(name, counts);
+    const auto made = shading_programs.find(key);
+    if (made != shading_programs.end()) return made->second;
+    return shading_programs
+        .emplace(key, Program({"full_screen.vert"}, files,
+                              {{"boxes", counts[0]},
+                               {"capsules", counts[1]},
+                               {"cylinders", counts[2]},
+                               {"planes", counts[3]}}))
         .first->second;
+}
+
+const Program& Renderer::Passes::solid_program(Look look, const BodyDistances& bodies) {
+    static const std::map<Look, std::string> names = {
+        {Look::snow, "snow"},   {Look::ice, "ice"},           {Look::soil, "soil"},   {Look::wood, "wood"},
+        {Look::tiles, "tiles"}, {Look::concrete, "concrete"}, {Look::metal, "metal"},
+    };
+    const std::string file = "look_" + names.at(look) + ".glsl";
+    return shading_program(file, {"light.glsl", "bodies.glsl", "solid.glsl", file, "shade_solid.frag"},
+                           bodies);
 }
 
 void Renderer::Passes::shade(const Frame& frame) {
@@ -219,6 +251,7 @@ void Renderer::Passes::shade(const Frame& frame) {
     bind_texture(unit_snow_light, GL_TEXTURE_3D, snow_light);
     bind_texture(unit_wide_depths, GL_TEXTURE_2D, *wide);
     bind_texture(unit_raw_depths, GL_TEXTURE_2D, depth);
+    bind_texture(unit_shadow_bounds, GL_TEXTURE_2D, shadow_bounds);
     bind_texture(unit_values, GL_TEXTURE_2D, values);
     bind_texture(unit_palette, GL_TEXTURE_2D, palette);
     const auto shade_kind = [&](GLint kind, const Program& program) {
@@ -241,14 +274,17 @@ void Renderer::Passes::shade(const Frame& frame) {
     };
     shade_kind(kind_sky, sky_program);
     glDrawArrays(GL_TRIANGLES, 0, 3);
+    glBindSampler(unit_relief, quick_reader.id());
     for (std::size_t i = 0; i < frame.solids.size(); ++i) {
-        const Program& program = solid_program(frame.solids[i].look);
+        const Program& program = solid_program(frame.solids[i].look, frame.bodies);
         shade_kind(kind_solid + static_cast<GLint>(i), program);
         program.set("moved", frame.solids[i].moved);
         glDrawArrays(GL_TRIANGLES, 0, 3);
     }
+    glBindSampler(unit_relief, 0);
     check_gl("shading of solids");
-    shade_kind(kind_snow, snow_program);
+    shade_kind(kind_snow,
+               shading_program("snow", {"light.glsl", "bodies.glsl", "shade_snow.frag"}, frame.bodies));
     glDrawArrays(GL_TRIANGLES, 0, 3);
     glDisable(GL_STENCIL_TEST);
     check_gl("shading");
@@ -284,22 +320,24 @@ void Renderer::Passes::draw_spray(const Frame& frame) {
     glDepthMask(GL_FALSE);
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
-    spray_program.use();
-    set_view(spray_program, frame.view);
-    set_light(spray_program, frame);
-    spray_program.set("raw_depths", unit_raw_depths);
-    spray_program.set("relief", unit_relief);
-    spray_program.set("palette", unit_palette);
-    spray_program.set("coloured", frame.coloured);
-    spray_program.set("shutter", frame.shutter);
-    spray_program.set("edge", static_cast<float>(effort.edge));
-    glBindVertexArray(spray_array.id());
-    spray_program.set("lines", 0);
-    glDrawArraysInstanced(GL_POINTS, 0, frame.spray, 1 + effort.grains);
-    if (frame.shutter > 0) {
-        spray_program.set("lines", 1);
-        glBindVertexArray(spray_line_array.id());
-        glDrawArraysInstanced(GL_LINES, 0, 2 * frame.spray, effort.grains);
+    for (const Program* program : {&puff_program, &grain_program, &streak_program}) {
+        if (program == &streak_program && frame.shutter == 0) continue;
+        program->use();
+        set_view(*program, frame.view);
+        set_light(*program, frame);
+        program->set("raw_depths", unit_raw_depths);
+        program->set("puff_share", effort.puffs);
+        program->set("palette", unit_palette);
+        program->set("coloured", frame.coloured);
+        program->set("shutter", frame.shutter);
+        program->set("edge", static_cast<float>(effort.edge));
+        if (program == &streak_program) {
+            glBindVertexArray(spray_line_array.id());
+            glDrawArraysInstanced(GL_LINES, 0, 2 * frame.spray, effort.grains);
+        } else {
+            glBindVertexArray(spray_array.id());
+            glDrawArraysInstanced(GL_POINTS, 0, frame.spray, program == &puff_program ? 1 : effort.grains);
+        }
     }
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
@@ -329,7 +367,7 @@ void Renderer::Passes::blur_by_lens(const Frame& frame) {
     lens_program.set("depths", unit_raw_depths);
     lens_program.set("aperture", frame.aperture);
     lens_program.set("focus", frame.focus);
-    lens_program.set("max_radius", 0.02f * static_cast<float>(picture.height * effort.edge));
+    lens_program.set("max_radius", static_cast<float>(0.02 * picture.height * effort.edge));
     glBindVertexArray(no_array.id());
     glDrawArrays(GL_TRIANGLES, 0, 3);
     picture_light = &blurred;

@@ -8,20 +8,27 @@
 #include "render/splats.h"
 #include "render/view.h"
 
+#include <array>
 #include <map>
 
 namespace firn {
 
 /// What a quality costs.
 struct Effort {
-    int edge;         ///< samples along a pixel's edge.
+    double edge;      ///< samples along a pixel's edge.
+    float least_radius;  ///< [samples] of a splat; where particles are smaller, fewer and larger ones stand for them.
     int shadow_size;  ///< [texels]
     int shadow_taps;  ///< samples of the shadow map in half-shade.
     int children;     ///< smaller splats about a particle that is near.
-    int grains;       ///< drawn in each puff of spray.
+    float puffs;      ///< share of the spray that is drawn as puffs.
+    int grains;       ///< drawn of each particle of spray.
+    bool fine_light;  ///< in snow: in cells of the density, or twice as wide.
 };
 
 Effort effort_of(Quality);
+
+/// Blocks of the shadow map whose depths are known in bounds, along an edge: first, and then with those around.
+inline constexpr int blocks_across = 256, bounds_across = 64;
 
 /// Radius of a splat from which smaller ones show about it [samples].
 inline constexpr float children_from = 6;
@@ -47,6 +54,7 @@ struct GlassPlate {
 /// Distances to bodies, as shaders/bodies.glsl wants them.
 struct BodyDistances {
     std::vector<Eigen::Vector4f> a, b;
+    int boxes = 0, capsules = 0, cylinders = 0, planes = 0;  ///< in this order
     float reach;                     ///< over which they hide the sky [m]
 };
 
@@ -66,7 +74,7 @@ struct Frame {
     float spacing;                               ///< [m]
     float nearest_snow;                          ///< depth [m]
     Eigen::Vector3f volume_origin, volume_size;  ///< [m]
-    GLsizei splats, near_splats, seen_splats;    ///< in the buffer; near and seen ones come first.
+    GLsizei near_lit_splats, near_splats, far_lit_splats, seen_splats, splats;  ///< in the buffer, as struct Splats.
     GLsizei spray;                               ///< in the buffer
     GLsizei vertices;                            ///< in the buffer, without glass
 };
@@ -75,7 +83,7 @@ struct Frame {
 enum Unit {
     unit_depths, unit_surface, unit_shadow_all, unit_shadow_bodies, unit_snow_outward, unit_snow_light,
     unit_relief, unit_spray_shadow, unit_wide_depths, unit_shadow_depths, unit_raw_depths,
-    unit_values, unit_palette
+    unit_values, unit_palette, unit_shadow_bounds
 };
 
 /// The passes of a picture, in the order in which they run, and the OpenGL objects that they keep.
@@ -87,6 +95,7 @@ struct Renderer::Passes {
     Frame prepare(ParticleView, const std::vector<Solid>&, const Camera&, double time);
     void prepare_solids(Frame&, const std::vector<Solid>&, double time);
     void draw_shadows(const Frame&);
+    void bound_shadows();
     void draw_surfaces(const Frame&);
     void smooth_depth(const Frame&);
     void shade(const Frame&);
@@ -99,7 +108,9 @@ struct Renderer::Passes {
     Image read_back();
 
     void upload_volume(const Density&, const Density& soft, float spacing, const Eigen::Vector3f& to_sun);
-    const Program& solid_program(Look);
+    const Program& shading_program(const std::string& name, const std::vector<std::string>& files,
+                                   const BodyDistances&);
+    const Program& solid_program(Look, const BodyDistances&);
     void set_view(const Program&, const View&) const;
     void set_light(const Program&, const Frame&) const;  ///< with the program in use
     void set_bodies(const Program&, const BodyDistances&) const;
@@ -118,26 +129,33 @@ struct Renderer::Passes {
                 node_array = make_vertex_array(nodes, {3});
     Texture relief = make_tile_texture(Relief::size, snow_relief().texels.data());
     Sampler quick_reader = make_mipmap_reader();  ///< of the relief, where a step between sizes does not show.
+    Sampler linear_reader = make_linear_reader();
     Sampler depth_reader = make_depth_reader(unit_shadow_depths);
-    Texture shadow_all, shadow_bodies, spray_shadow, snow_outward = make_volume_texture(),
+    Texture shadow_all, shadow_bodies, spray_shadow, shadow_blocks[2], shadow_bounds, snow_outward = make_volume_texture(),
                                                      snow_light = make_volume_texture();
     Texture depth_buffer, surface, depth, smooth_depths[3], light, blurred, moments, values, palette, developed;
-    std::map<Look, Program> solid_programs;  ///< made when they are first needed.
+    std::map<std::pair<std::string, std::array<int, 4>>, Program> shading_programs;  ///< made when they are first needed.
     const Texture *fine = nullptr, *wide = nullptr;  ///< of them: over a grain, over a lump.
-    Framebuffer shadow_all_target, shadow_bodies_target, spray_shadow_target, surface_target,
+    Framebuffer shadow_all_target, shadow_bodies_target, spray_shadow_target, shadow_blocks_target[2],
+        shadow_bounds_target, surface_target,
         smooth_target[3], light_target, blurred_target, moments_target, developed_target;
     const Texture* picture_light = nullptr;  ///< what is to be resolved.
     Program shadow_mesh_program{{"shadow_mesh.vert"}, {"shadow_mesh.frag"}},
         shadow_splat_program{{"shadow_splat.vert"}, {"shadow_splat.frag"}},
         shadow_spray_program{{"shadow_spray.vert"}, {"shadow_spray.frag"}},
+        shadow_blocks_program{{"full_screen.vert"}, {"shadow_blocks.frag"}},
+        shadow_bounds_program{{"full_screen.vert"}, {"shadow_bounds.frag"}},
         mesh_program{{"mesh.vert"}, {"mesh.frag"}}, plane_program{{"full_screen.vert"}, {"plane.frag"}},
-        splat_program{{"splat.vert"}, {"splat.frag"}}, smooth_program{{"full_screen.vert"}, {"smooth.frag"}},
+        splat_program{{"splat.vert"}, {"splat.frag"}, {{"faces", 0}}},
+        near_splat_program{{"splat.vert"}, {"splat.frag"}, {{"faces", 1}}}, smooth_program{{"full_screen.vert"}, {"smooth.frag"}},
         sky_program{{"full_screen.vert"}, {"light.glsl", "shade_sky.frag"}},
-        snow_program{{"full_screen.vert"}, {"light.glsl", "bodies.glsl", "shade_snow.frag"}},
         glass_program{{"mesh.vert"}, {"light.glsl", "glass.frag"}},
-        spray_program{{"light.glsl", "spray.vert"}, {"spray.frag"}},
+        puff_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 1}, {"lines", 0}}},
+        grain_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 0}}},
+        streak_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 1}}},
         node_program{{"node.vert"}, {"node.frag"}}, lens_program{{"full_screen.vert"}, {"lens.frag"}},
-        add_program{{"full_screen.vert"}, {"add_moment.frag"}}, resolve_program{{"full_screen.vert"}, {"resolve.frag"}};
+        add_program{{"full_screen.vert"}, {"add_moment.frag"}}, resolve_program{{"full_screen.vert"}, {"resolve.frag"}, {{"enlarged", 0}}},
+        enlarge_program{{"full_screen.vert"}, {"resolve.frag"}, {{"enlarged", 1}}};
 };
 
 }  // namespace firn

@@ -13,7 +13,7 @@ enum class Colour { snow, speed, density, compression, stress, body, particle_id
 /// What a picture is to be: size, light, effort, and what it shows.
 struct Picture {
     int width = 1280, height = 720;    ///< [pixels], 1 to 16384 each.
-    Quality quality = Quality::final;  ///< draft: 1 sample a pixel; preview: 1, softer shadows; final: 2×2.
+    Quality quality = Quality::final;  ///< samples: draft one for 2×2 pixels, preview 1, final 2×2 for each.
     double sun_azimuth = 180;          ///< [degrees] from +x towards +z: where the light comes from.
     double sun_elevation = 32;         ///< [degrees] above the horizon.
     double exposure = 1;               ///< factor on the light before the tone curve.

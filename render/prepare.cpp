@@ -110,11 +110,14 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     frame.volume_size = density.cell * density.rho.size.cast<float>();
     upload_volume(density, soft, particles.spacing, frame.to_sun);
 
-    const Splats visible = visible_splats(particles, density, soft, frame.view, children_from);
+    const Splats visible = visible_splats(particles, density, soft, frame.view, frame.to_sun, children_from,
+                                          effort.least_radius);
     upload(splats, visible.all.data(), visible.all.size() * sizeof(Splat));
     upload(spray, visible.spray.data(), visible.spray.size() * sizeof(SprayPoint));
     frame.splats = static_cast<GLsizei>(visible.all.size());
+    frame.near_lit_splats = static_cast<GLsizei>(visible.near_lit);
     frame.near_splats = static_cast<GLsizei>(visible.near);
+    frame.far_lit_splats = static_cast<GLsizei>(visible.far_lit);
     frame.seen_splats = static_cast<GLsizei>(visible.seen);
     frame.spray = static_cast<GLsizei>(visible.spray.size() / 2);
     frame.nearest_snow = std::max(visible.nearest, frame.view.near_depth);
@@ -130,17 +133,17 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
 
 void Renderer::Passes::upload_volume(const Density& density, const Density& soft, float spacing,
                                      const Vector3f& to_sun) {
-    const std::vector<SnowLight> inside = light_in_snow(density, spacing, to_sun);
+    const Density lit = effort.fine_light ? density : halved(density);
+    const std::vector<SnowLight> inside = light_in_snow(lit, spacing, to_sun);
     const std::vector<Eigen::Vector4f> outward = outward_of(soft.rho);
-    const Eigen::Vector3i n = density.rho.size;
-    const auto upload_cells = [&](const Texture& texture, const float* first) {
-        const std::vector<Eigen::half> cells = halves(first, 4 * density.rho.values.size());
+    const auto upload_cells = [&](const Texture& texture, const Eigen::Vector3i& n, const float* first) {
+        const std::vector<Eigen::half> cells = halves(first, 4 * n.cast<std::size_t>().prod());
         bind_texture(0, GL_TEXTURE_3D, texture);
         glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16F, n.x(), n.y(), n.z(), 0, GL_RGBA, GL_HALF_FLOAT,
                      cells.data());
     };
-    upload_cells(snow_outward, outward.data()->data());
-    upload_cells(snow_light, inside.data()->sun);
+    upload_cells(snow_outward, soft.rho.size, outward.data()->data());
+    upload_cells(snow_light, lit.rho.size, inside.data()->sun);
     check_gl("light volume");
 }
 

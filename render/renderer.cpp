@@ -10,10 +10,32 @@ namespace firn {
 Effort effort_of(Quality quality) {
     switch (quality) {
         case Quality::draft:
-            return {.edge = 1, .shadow_size = 1024, .shadow_taps = 4, .children = 0, .grains = 1};
+            return {.edge = 0.5,
+                    .least_radius = 1.5f,
+                    .shadow_size = 512,
+                    .shadow_taps = 8,
+                    .children = 0,
+                    .puffs = 0.25f,
+                    .grains = 1,
+                    .fine_light = false};
         case Quality::preview:
-            return {.edge = 1, .shadow_size = 1024, .shadow_taps = 12, .children = 8, .grains = 2};
-        default: return {.edge = 2, .shadow_size = 2048, .shadow_taps = 16, .children = 10, .grains = 3};
+            return {.edge = 1,
+                    .least_radius = 1.3f,
+                    .shadow_size = 1024,
+                    .shadow_taps = 10,
+                    .children = 8,
+                    .puffs = 0.25f,
+                    .grains = 2,
+                    .fine_light = false};
+        default:
+            return {.edge = 2,
+                    .least_radius = 0.8f,
+                    .shadow_size = 2048,
+                    .shadow_taps = 16,
+                    .children = 10,
+                    .puffs = 0.4f,
+                    .grains = 3,
+                    .fine_light = true};
     }
 }
 
@@ -52,19 +74,27 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
     max_point_size = point_range[1];
 
     const int limit = std::min({texture_limit, viewport_limit[0], viewport_limit[1]});
-    const int largest = effort.edge * std::max(picture.width, picture.height);
+    const Eigen::Vector2i inner = samples_of(picture, effort.edge, 0);
+    const int largest = std::max({inner.x(), inner.y(), picture.width, picture.height});
     if (std::min(picture.width, picture.height) < 1 || largest > limit)
         throw GLError("a picture of " + std::to_string(picture.width) + "×" + std::to_string(picture.height) +
-                      " pixels cannot be drawn: from 1 to " + std::to_string(limit / effort.edge) +
+                      " pixels cannot be drawn: from 1 to " +
+                      std::to_string(static_cast<int>(limit / std::max(effort.edge, 1.0))) +
                       " pixels either way are possible at this quality");
-    margin = std::min(16 * effort.edge, (limit - largest) / 2);
-    const int width = effort.edge * picture.width + 2 * margin,
-              height = effort.edge * picture.height + 2 * margin;
+    margin = std::min(static_cast<int>(16 * effort.edge), (limit - largest) / 2);
+    const int width = inner.x() + 2 * margin, height = inner.y() + 2 * margin;
 
     shadow_all = make_shadow_texture(effort.shadow_size);
     shadow_bodies = make_shadow_texture(effort.shadow_size / 2);
     spray_shadow = make_texture_2d(GL_R16F, effort.shadow_size / 2, effort.shadow_size / 2, GL_LINEAR);
     spray_shadow_target = make_framebuffer({&spray_shadow}, &shadow_bodies);
+    for (int i = 0; i < 2; ++i) {
+        shadow_blocks[i] =
+            make_texture_2d(GL_RGBA32F, i ? bounds_across : blocks_across, i ? bounds_across : blocks_across);
+        shadow_blocks_target[i] = make_framebuffer({&shadow_blocks[i]});
+    }
+    shadow_bounds = make_texture_2d(GL_RGB10_A2, bounds_across, bounds_across);
+    shadow_bounds_target = make_framebuffer({&shadow_bounds});
     shadow_all_target = make_framebuffer({}, &shadow_all);
     shadow_bodies_target = make_framebuffer({}, &shadow_bodies);
 
@@ -148,13 +178,18 @@ void Renderer::Passes::add_moment(int count, bool first) {
 void Renderer::Passes::resolve() {
     glBindFramebuffer(GL_FRAMEBUFFER, developed_target.id());
     glViewport(0, 0, picture.width, picture.height);
-    resolve_program.use();
-    resolve_program.set("light", 0);
-    resolve_program.set("margin", margin);
-    resolve_program.set("edge", effort.edge);
+    const Program& program = effort.edge < 1 ? enlarge_program : resolve_program;
+    program.use();
+    program.set("light", 0);
+    program.set("margin", margin);
+    program.set("edge", static_cast<int>(effort.edge));
+    program.set("size", Eigen::Vector2f(picture.width, picture.height));
+    program.set("scale", static_cast<float>(effort.edge));
     bind_texture(0, GL_TEXTURE_2D, *picture_light);
     glBindVertexArray(no_array.id());
+    if (effort.edge < 1) glBindSampler(0, linear_reader.id());
     glDrawArrays(GL_TRIANGLES, 0, 3);
+    glBindSampler(0, 0);
     check_gl("resolve");
 }
 

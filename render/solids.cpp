@@ -17,18 +17,26 @@ namespace {
 
 Vector4f with(const Vec3d& x, double w) { return {float(x.x()), float(x.y()), float(x.z()), float(w)}; }
 
-/// Adds what the shape is for shaders/bodies.glsl; a sphere is a capsule of no length.
+/// Adds what the shape is for shaders/bodies.glsl, behind those of its kind; a sphere is a capsule of no length.
 void add_distance(BodyDistances& bodies, const Shape& shape, const Vec3d& moved) {
     if (bodies.a.size() == 16) return;
-    const auto add = [&](const Vec3d& a, int kind, const Vec3d& b, double w) {
-        bodies.a.push_back(with(a + moved, kind));
-        bodies.b.push_back(with(b, w));
+    const auto add = [&](int& count, int after, const Vec3d& a, const Vec3d& b, double w) {
+        bodies.a.insert(bodies.a.begin() + after, with(a + moved, 0));
+        bodies.b.insert(bodies.b.begin() + after, with(b, w));
+        ++count;
     };
-    if (const auto* box = std::get_if<Box>(&shape.kind())) add(box->center, 0, 0.5 * box->size, 0);
-    if (const auto* s = std::get_if<Sphere>(&shape.kind())) add(s->center, 1, s->center + moved, s->radius);
-    if (const auto* c = std::get_if<Capsule>(&shape.kind())) add(c->from, 1, c->to + moved, c->radius);
-    if (const auto* c = std::get_if<Cylinder>(&shape.kind())) add(c->from, 2, c->to + moved, c->radius);
-    if (const auto* p = std::get_if<Plane>(&shape.kind())) add(p->point, 3, p->normal.normalized(), 0);
+    const int boxes = bodies.boxes, capsules = boxes + bodies.capsules,
+              cylinders = capsules + bodies.cylinders;
+    if (const auto* box = std::get_if<Box>(&shape.kind()))
+        add(bodies.boxes, boxes, box->center, 0.5 * box->size, 0);
+    if (const auto* s = std::get_if<Sphere>(&shape.kind()))
+        add(bodies.capsules, capsules, s->center, s->center + moved, s->radius);
+    if (const auto* c = std::get_if<Capsule>(&shape.kind()))
+        add(bodies.capsules, capsules, c->from, c->to + moved, c->radius);
+    if (const auto* c = std::get_if<Cylinder>(&shape.kind()))
+        add(bodies.cylinders, cylinders, c->from, c->to + moved, c->radius);
+    if (const auto* p = std::get_if<Plane>(&shape.kind()))
+        add(bodies.planes, cylinders + bodies.planes, p->point, p->normal.normalized(), 0);
 }
 
 float thickness_of(const Shape& shape) {

@@ -31,20 +31,59 @@ Eigen::Vector3f cell_coordinates(const Vector3f& x, const Density& density) {
     return (x - density.origin) / density.cell;
 }
 
-/// Nearest cell's value, zero outside; u counts cells.
-float nearest(const Field& field, const Vector3f& u) {
-    const Eigen::Vector3i n = field.size;
-    if (!(u.array() >= 0).all() || !(u.array() < n.cast<float>().array()).all()) return 0;
-    return field.values[field.index(int(u.x()), int(u.y()), int(u.z()))];
-}
-
 }  // namespace
 
-bool is_covered(const Vector3f& splat, const Vector3f& eye, const Density& density) {
-    const Vector3f u = cell_coordinates(splat, density), to_eye = (eye - splat).stableNormalized();
-    for (const float cells : {1.0f, 2.0f, 3.0f})
-        if (nearest(density.rho, u + cells * to_eye) < 0.75f) return false;
-    return (eye - splat).norm() > 4 * density.cell;
+Cover::Cover(const Density& density)
+    : origin(density.origin),
+      cell(density.cell),
+      size(density.rho.size),
+      blocks((size.array() + 3) / 4),
+      cells(density.rho.values.size()),
+      any(blocks.cast<std::size_t>().prod()) {
+#pragma omp parallel for
+    for (int b = 0; b < blocks.z(); ++b)
+        for (int k = 4 * b; k < std::min(4 * b + 4, size.z()); ++k)
+            for (int j = 0; j < size.y(); ++j) {
+                const std::size_t first = density.rho.index(0, j, k);
+                const float* rho = &density.rho.values[first];
+                std::uint8_t* to = &cells[first];
+                for (int i = 0; i < size.x(); ++i)
+                    to[i] = static_cast<std::uint8_t>(
+                        static_cast<int>(std::clamp(200 * rho[i] - 100, 0.0f, 100.0f)));
+                std::uint8_t* block = &any[(static_cast<std::size_t>(b) * blocks.y() + j / 4) * blocks.x()];
+                for (int i = 0; i < size.x(); ++i) block[i / 4] |= to[i];
+            }
+}
+
+/// The face of snow, which has half its density, does not count: one may look along it.
+bool Cover::covers(const Vector3f& x, const Vector3f& direction, float distance, float from_cells) const {
+    const Vector3f u = (x - origin) / cell, d = direction;
+    float end = distance / cell;
+    for (int a = 0; a < 3; ++a) {
+        if (d[a] > 1e-6f) end = std::min(end, (static_cast<float>(size[a]) - u[a]) / d[a]);
+        if (d[a] < -1e-6f) end = std::min(end, -u[a] / d[a]);
+        if (!(u[a] >= 0 && u[a] < static_cast<float>(size[a]))) return false;
+    }
+    int sum = 0;
+    for (float t = from_cells; t < end - 1e-3f;) {
+        const int i = static_cast<int>(u.x() + t * d.x()), j = static_cast<int>(u.y() + t * d.y()),
+                  k = static_cast<int>(u.z() + t * d.z());
+        if (!any[(static_cast<std::size_t>(k / 4) * blocks.y() + j / 4) * blocks.x() + i / 4]) {
+            t += 3;
+            continue;
+        }
+        sum += cells[(static_cast<std::size_t>(k) * size.y() + j) * size.x() + i];
+        if (sum >= 200) return true;
+        t += 1;
+    }
+    return false;
+}
+
+bool is_covered(const Vector3f& splat, const Vector3f& eye, const Cover& cover, float from_cells) {
+    const Vector3f way = eye - splat;
+    const float distance = way.norm();
+    return distance > 4 * cover.cell &&
+           cover.covers(splat, way / distance, distance - cover.cell, from_cells);
 }
 
 namespace {
@@ -65,17 +104,45 @@ Field mean_values(const ParticleView& particles, const Density& density) {
     return sum;
 }
 
+/// What particles in a cell are.
+enum Hidden : std::uint8_t { from_eye = 1, from_sun = 2, enclosed = 4 };
+
+/// Of every cell that has particles. Those are up to a cell's edge nearer than its middle.
+std::vector<std::uint8_t> hidden_cells(const Density& density, const Cover& cover, const Vector3f& eye,
+                                       const Vector3f& to_sun) {
+    constexpr float from_cells = 1.7f;
+    std::vector<std::uint8_t> hidden = enclosed_cells(density.rho, solid);
+    const Eigen::Vector3i n = density.rho.size;
+#pragma omp parallel for schedule(dynamic)
+    for (int k = 0; k < n.z(); ++k)
+        for (int j = 0; j < n.y(); ++j)
+            for (int i = 0; i < n.x(); ++i) {
+                const std::size_t c = density.rho.index(i, j, k);
+                if (hidden[c] || density.rho.values[c] == 0) {
+                    hidden[c] = hidden[c] ? enclosed : 0;
+                    continue;
+                }
+                const Vector3f x = density.origin + density.cell * Vector3f(i + 0.5f, j + 0.5f, k + 0.5f);
+                if (is_covered(x, eye, cover, from_cells)) hidden[c] |= from_eye;
+                if (cover.covers(x, to_sun, INFINITY, from_cells)) hidden[c] |= from_sun;
+            }
+    return hidden;
+}
+
 /// Adds the hidden cells of a slice that touch one which is not: the plugs. Half a cell's diagonal is 0.87.
 template <class Add>
-void add_plugs(const Density& density, const Field& least, const Field& values, int k, Add add) {
+void add_plugs(const Density& density, const std::vector<std::uint8_t>& hidden, const Field& values, int k,
+               Add add) {
     const Eigen::Vector3i n = density.rho.size;
-    const auto inner = [&](int i, int j, int l) { return least.values[least.index(i, j, l)] >= solid; };
+    const auto inner = [&](int i, int j, int l) {
+        return (hidden[density.rho.index(i, j, l)] & enclosed) != 0;
+    };
     for (int j = 1; j < n.y() - 1; ++j)
         for (int i = 1; i < n.x() - 1; ++i) {
             if (!inner(i, j, k)) continue;
-            const bool enclosed = inner(i - 1, j, k) && inner(i + 1, j, k) && inner(i, j - 1, k) &&
-                                  inner(i, j + 1, k) && inner(i, j, k - 1) && inner(i, j, k + 1);
-            if (enclosed) continue;
+            const bool deep = inner(i - 1, j, k) && inner(i + 1, j, k) && inner(i, j - 1, k) &&
+                              inner(i, j + 1, k) && inner(i, j, k - 1) && inner(i, j, k + 1);
+            if (deep) continue;
             const Vector3f x = density.origin + density.cell * Vector3f(i + 0.5f, j + 0.5f, k + 0.5f);
             add(Splat{x.x(), x.y(), x.z(), 0.62f * density.cell, 0.5f,
                       values.values.empty() ? 0 : values.values[values.index(i, j, k)]});
@@ -115,7 +182,7 @@ SprayPoint spray_point(const ParticleView& particles, std::size_t p, float amoun
 
 /// What a piece of the particles gives.
 struct Piece {
-    std::vector<Splat> near, far, covered;
+    std::vector<Splat> near_lit, near_unlit, far_unlit, far_lit, unseen_lit;
     std::vector<SprayPoint> spray;
     float nearest = INFINITY;
 };
@@ -128,11 +195,20 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
 }  // namespace
 
 Splats visible_splats(const ParticleView& particles, const Density& density, const Density& soft,
-                      const View& view, float near_radius) {
-    const Field least = smallest_around(density.rho), values = mean_values(particles, density);
-    const auto hidden = [&](const Vector3f& x) {
-        return nearest(least, cell_coordinates(x, density)) >= solid;
+                      const View& view, const Vector3f& to_sun, float near_radius, float least_radius) {
+    const Field values = mean_values(particles, density);
+    const Cover cover(density);
+    const std::vector<std::uint8_t> hidden = hidden_cells(density, cover, view.eye, to_sun);
+    const Vector3f size = density.rho.size.cast<float>();
+    const float per_cell = 1 / density.cell;
+    const auto hidden_at = [&](const Vector3f& x) -> int {
+        const Vector3f u = per_cell * (x - density.origin);
+        if (!((u.array() >= 0).all() && (u.array() < size.array()).all())) return 0;
+        return hidden[density.rho.index(int(u.x()), int(u.y()), int(u.z()))];
     };
+
+    const float wanted_per_radius = least_radius * view.sample_tan / (0.85f * particles.spacing);
+    const auto kept_by = [](float hash) { return 64 * hash - std::floor(64 * hash); };
 
     // Pieces of fixed size, joined in their order: the same splats for every number of threads.
     constexpr std::size_t piece_size = 16384;
@@ -141,45 +217,67 @@ Splats visible_splats(const ParticleView& particles, const Density& density, con
 #pragma omp parallel for schedule(dynamic)
     for (int i = 0; i < static_cast<int>(pieces.size()); ++i) {
         Piece& piece = pieces[i];
-        const auto add = [&](const Splat& splat) {
+        const auto add = [&](const Splat& splat, int covered) {
             const Vector3f x(splat.x, splat.y, splat.z);
-            const float depth = view.basis.col(2).dot(x - view.eye);
-            if (!in_picture(x, splat.radius, view) || is_covered(x, view.eye, density)) {
-                piece.covered.push_back(splat);
+            const bool lit = !(covered & from_sun);
+            if (covered & from_eye || !in_picture(x, splat.radius, view)) {
+                if (lit) piece.unseen_lit.push_back(splat);
                 return;
             }
+            const float depth = view.basis.col(2).dot(x - view.eye);
             piece.nearest = std::min(piece.nearest, depth);
             if (splat.radius > near_radius * view.sample_tan * depth)
-                piece.near.push_back(splat);
+                (lit ? piece.near_lit : piece.near_unlit).push_back(splat);
             else
-                piece.far.push_back(splat);
+                (lit ? piece.far_lit : piece.far_unlit).push_back(splat);
         };
         if (i >= particle_pieces) {
-            add_plugs(density, least, values, i - particle_pieces + 1, add);
+            add_plugs(density, hidden, values, i - particle_pieces + 1, [&](const Splat& plug) {
+                const Vector3f x(plug.x, plug.y, plug.z);
+                add(plug, (is_covered(x, view.eye, cover) ? from_eye : 0) |
+                              (cover.covers(x, to_sun, INFINITY) ? from_sun : 0));
+            });
             continue;
         }
         const std::size_t first = i * piece_size, last = std::min(particles.size(), first + piece_size);
         for (std::size_t p = first; p < last; ++p) {
             const float* at = &particles.x[3 * p];
             const Vector3f x(at[0], at[1], at[2]);
-            if (!drawable(at) || hidden(x)) continue;
-            const float hash = hash_of(static_cast<std::uint32_t>(p)), whole = wholeness(soft.at(x)),
-                        flying = flight(particles, p);
+            if (!drawable(at)) continue;
+            const int covered = hidden_at(x);
+            if (covered >= (from_eye | from_sun)) continue;
+            // A share of the particles, the same in every frame, covers as much [Cook et al. 2007].
+            const float hash = hash_of(static_cast<std::uint32_t>(p)),
+                        wanted = wanted_per_radius * (x - view.eye).norm(),
+                        share = wanted > 1 ? 1 / (wanted * wanted) : 1;
+            const float whole = wholeness(soft.at(x)), flying = flight(particles, p);
             if (const float amount = (1 - whole) * (0.5f + 0.5f * flying); amount > 0.15f)
                 piece.spray.resize(piece.spray.size() + 2, spray_point(particles, p, amount, hash));
-            if (const float solid_share = std::max(whole, 0.42f * (1 - flying)); solid_share > 0.02f)
-                add({at[0], at[1], at[2], radius_of(particles.spacing, solid_share, hash), hash,
-                     particles.value.empty() ? 0 : particles.value[p]});
+            if (const float solid_share = std::max(whole, 0.42f * (1 - flying));
+                solid_share > 0.02f && kept_by(hash) <= share)
+                add({at[0], at[1], at[2],
+                     radius_of(particles.spacing, solid_share, hash) * std::max(wanted, 1.0f), hash,
+                     particles.value.empty() ? 0 : particles.value[p]},
+                    covered);
         }
     }
 
     Splats splats;
-    for (const Piece& piece : pieces) append(splats.all, piece.near);
-    splats.near = splats.all.size();
-    for (const Piece& piece : pieces) append(splats.all, piece.far);
-    splats.seen = splats.all.size();
+    const auto append_all = [&](std::vector<Splat> Piece::*part) {
+        for (const Piece& piece : pieces) append(splats.all, piece.*part);
+        return splats.all.size();
+    };
+    std::size_t count = 0;
+    for (const Piece& piece : pieces)
+        count += piece.near_lit.size() + piece.near_unlit.size() + piece.far_unlit.size() +
+                 piece.far_lit.size() + piece.unseen_lit.size();
+    splats.all.reserve(count);
+    splats.near_lit = append_all(&Piece::near_lit);
+    splats.near = append_all(&Piece::near_unlit);
+    splats.far_lit = append_all(&Piece::far_unlit);
+    splats.seen = append_all(&Piece::far_lit);
+    append_all(&Piece::unseen_lit);
     for (const Piece& piece : pieces) {
-        append(splats.all, piece.covered);
         append(splats.spray, piece.spray);
         splats.nearest = std::min(splats.nearest, piece.nearest);
     }

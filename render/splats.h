@@ -22,22 +22,39 @@ struct SprayPoint {
     float hash, value;
 };
 
+/// In one order for both draws: seen ones come first, of them the near ones, whose children show; what the sun
+/// reaches throws shadows, and stands at the start of the near ones and from the end of the others on.
 struct Splats {
     std::vector<Splat> all;
-    std::size_t near = 0;           ///< so many, the first, are so near that their children show,
-    std::size_t seen = 0;           ///< so many may be seen; the others only throw shadows.
+    std::size_t near_lit = 0;       ///< so many, the first, are near and lit,
+    std::size_t near = 0;           ///< so many are near,
+    std::size_t far_lit = 0;        ///< and from here on all are lit;
+    std::size_t seen = 0;           ///< so many may be seen.
     float nearest = INFINITY;       ///< depth of the nearest of those [m].
     std::vector<SprayPoint> spray;  ///< each twice: for both ends of a line.
+};
+
+/// How far sight goes in snow: cells through which it does not, in bytes, and whether a block of 4³ has any.
+struct Cover {
+    Eigen::Vector3f origin;
+    float cell;
+    Eigen::Vector3i size, blocks;
+    std::vector<std::uint8_t> cells, any;
+
+    explicit Cover(const Density&);
+    /// Whether two cells of unbroken snow, or more of looser, lie before a point, up to a distance [m].
+    bool covers(const Eigen::Vector3f& x, const Eigen::Vector3f& direction, float distance,
+                float from_cells = 1) const;
 };
 
 /// The particles that can be seen or throw a shadow: those inside unbroken snow are left out, and one large
 /// splat fills every cell of the innermost layer, so that nothing shines through between the outer ones.
 /// `soft` is the smoothed density, which tells snow from spray; a splat wider than `near_radius` [samples] is
-/// near.
+/// near; particles narrower than `least_radius` are stood for by some of them that are.
 Splats visible_splats(const ParticleView&, const Density&, const Density& soft, const View&,
-                      float near_radius);
+                      const Eigen::Vector3f& to_sun, float near_radius, float least_radius = 0);
 
-/// Whether unbroken snow lies right in front of a splat, as seen from the eye: it is on a lump's far side.
-bool is_covered(const Eigen::Vector3f& splat, const Eigen::Vector3f& eye, const Density&);
+/// Whether snow lies in front of a splat, as seen from the eye; that within `from_cells` does not count.
+bool is_covered(const Eigen::Vector3f& splat, const Eigen::Vector3f& eye, const Cover&, float from_cells = 1);
 
 }  // namespace firn

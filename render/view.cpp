@@ -23,18 +23,22 @@ Mat3d basis_along(const Vec3d& forward) {
 
 }  // namespace
 
-View view_of(const Camera& camera, const Picture& picture, int samples_per_pixel_edge, int margin) {
+Eigen::Vector2i samples_of(const Picture& picture, double edge, int margin) {
+    const Eigen::Vector2d size(picture.width, picture.height);
+    return (edge * size.array()).ceil().cast<int>() + 2 * margin;
+}
+
+View view_of(const Camera& camera, const Picture& picture, double edge, int margin) {
     const Vec3d to_target = camera.target - camera.eye;
     const double distance = to_target.norm(), scale = distance > 0 ? distance : 1;
     const Vec3d forward = distance > 0 ? Vec3d(to_target / distance) : Vec3d(0, 0, -1);
     View view;
     view.eye = camera.eye.cast<float>();
     view.basis = basis_along(forward).cast<float>();
-    view.samples = Eigen::Vector2i(picture.width, picture.height) * samples_per_pixel_edge +
-                   Eigen::Vector2i::Constant(2 * margin);
+    view.samples = samples_of(picture, edge, margin);
     view.margin = margin;
-    view.sample_tan = static_cast<float>(2 * std::tan(radians(camera.field_of_view) / 2) /
-                                         (picture.height * samples_per_pixel_edge));
+    view.sample_tan =
+        static_cast<float>(2 * std::tan(radians(camera.field_of_view) / 2) / (picture.height * edge));
     view.near_depth = static_cast<float>(0.01 * scale);
     view.haze_distance = static_cast<float>(60 * scale);
     return view;

@@ -21,7 +21,10 @@ struct View {
     Eigen::Matrix4f projection() const;
 };
 
-View view_of(const Camera&, const Picture&, int samples_per_pixel_edge, int margin);
+/// Size of the buffers for `edge` samples along a pixel's edge.
+Eigen::Vector2i samples_of(const Picture&, double edge, int margin);
+
+View view_of(const Camera&, const Picture&, double edge, int margin);
 
 /// Towards the sun (unit).
 Eigen::Vector3f sun_direction(const Picture&);

@@ -1,31 +1,37 @@
-// Distance to the bodies, and how much of the sky they hide.
-uniform int bodies;
-uniform vec4 body_a[16];  // box: centre, 0;  capsule: one end, 1;  cylinder: one end, 2;  plane: point, 3
+// Distance to the bodies, and how much of the sky they hide. They are sorted by kind; the numbers of each, boxes,
+// capsules, cylinders and planes, are constants: software that draws is slow at uniforms whose place is calculated.
+uniform vec4 body_a[16];  // box: centre;  capsule, cylinder: one end;  plane: point
 uniform vec4 body_b[16];  // box: half edges;  capsule, cylinder: other end, radius;  plane: normal
 uniform float body_reach; // [m]
 
-float distance_to_body(int i, vec3 position) {
-    vec3 d = position - body_a[i].xyz, b = body_b[i].xyz;
-    if (body_a[i].w < 0.5) {
-        vec3 q = abs(d) - b;
-        return length(max(q, 0.0)) + min(max(q.x, max(q.y, q.z)), 0.0);
+float distance_to_bodies(vec3 position) {
+    float nearest = 1e9;
+    int i = 0;
+    for (int end = boxes; i < end; ++i) {
+        vec3 q = abs(position - body_a[i].xyz) - body_b[i].xyz;
+        nearest = min(nearest, length(max(q, 0.0)) + min(max(q.x, max(q.y, q.z)), 0.0));
     }
-    if (body_a[i].w > 2.5) return dot(d, b);
-    vec3 axis = b - body_a[i].xyz;
-    float length_squared = max(dot(axis, axis), 1e-12), along = dot(d, axis) / length_squared;
-    if (body_a[i].w < 1.5) return length(d - clamp(along, 0.0, 1.0) * axis) - body_b[i].w;
-    vec2 q = vec2(length(d - along * axis) - body_b[i].w, (abs(along - 0.5) - 0.5) * sqrt(length_squared));
-    return length(max(q, 0.0)) + min(max(q.x, q.y), 0.0);
+    for (int end = i + capsules; i < end; ++i) {
+        vec3 d = position - body_a[i].xyz, axis = body_b[i].xyz - body_a[i].xyz;
+        float along = clamp(dot(d, axis) / max(dot(axis, axis), 1e-12), 0.0, 1.0);
+        nearest = min(nearest, length(d - along * axis) - body_b[i].w);
+    }
+    for (int end = i + cylinders; i < end; ++i) {
+        vec3 d = position - body_a[i].xyz, axis = body_b[i].xyz - body_a[i].xyz;
+        float length_squared = max(dot(axis, axis), 1e-12), along = dot(d, axis) / length_squared;
+        vec2 q = vec2(length(d - along * axis) - body_b[i].w, (abs(along - 0.5) - 0.5) * sqrt(length_squared));
+        nearest = min(nearest, length(max(q, 0.0)) + min(max(q.x, q.y), 0.0));
+    }
+    for (int end = i + planes; i < end; ++i)
+        nearest = min(nearest, dot(position - body_a[i].xyz, body_b[i].xyz));
+    return nearest;
 }
 
 // Open share of the half space over a surface: how much nearer bodies are than the surface itself.
 float open_to_bodies(vec3 position, vec3 normal) {
     float hidden = 0.0, reach = 0.08 * body_reach, weight = 0.24;
     for (int k = 0; k < 4; ++k) {
-        vec3 at = position + reach * normal;
-        float nearest = reach;
-        for (int i = 0; i < bodies; ++i) nearest = min(nearest, distance_to_body(i, at));
-        hidden += weight * (1.0 - max(nearest, 0.0) / reach);
+        hidden += weight * (1.0 - clamp(distance_to_bodies(position + reach * normal) / reach, 0.0, 1.0));
         reach *= 2.3;
         weight *= 0.8;
     }

@@ -3,14 +3,15 @@
 uniform sampler2DShadow shadow_all;     // by snow and bodies
 uniform sampler2D shadow_depths;        // the same texture as numbers
 uniform sampler2D spray_shadow;         // optical depth of the spray between the sun and what is solid
+uniform sampler2D shadow_bounds;        // least and largest depth near, any spray (shadow_bounds.frag)
 uniform sampler3D snow_light;           // scattered sun in rgb, visible sky in alpha
 
 uniform vec3 volume_origin;        // [m]
 uniform vec3 volume_size;          // [m]
 uniform mat4 shadow_matrix;
 uniform float shadow_texel;        // [m]
+uniform float shadow_reach;        // farthest that shadow_bounds looks [m]
 uniform float shadow_span;         // between the map's nearest and farthest depth [m]
-uniform vec2 disc[32];             // points spread over the unit disc, the first as evenly as all
 uniform int shadow_taps;
 uniform vec3 to_sun;
 uniform vec3 sun_light;            // radiance of a white matt surface that faces the sun
@@ -40,44 +41,63 @@ vec2 turn_at(vec2 at) {
     return vec2(cos(angle), sin(angle));
 }
 
-// Share of the sun that is seen: its disc, and the haze about it, make shade softer the farther it falls.
-float sun_visibility(vec3 position, float least_radius) {
-    const float sun_radius = 0.022;    // tangent of half its angle, with the haze
-    vec3 at = shadow_position(position);
-    float scale = 0.5 * length(shadow_matrix[0].xyz);
-    float search = max(least_radius, min(sun_radius * at.z * shadow_span, 40.0 * shadow_texel));
-    vec2 reach = vec2(scale * search, -scale * search);
-    vec4 corners = vec4(texture(shadow_all, vec3(at.xy + reach.xx, at.z)), texture(shadow_all, vec3(at.xy + reach.xy, at.z)),
-                        texture(shadow_all, vec3(at.xy + reach.yx, at.z)), texture(shadow_all, vec3(at.xy + reach.yy, at.z)));
-    float lit = dot(corners, vec4(1.0)) + texture(shadow_all, at);
-    // As it is at the rim and in the middle, so it is between. Loops end early where branches would not.
-    bool known = lit == 5.0 || lit == 0.0;
-    int searched = known ? 0 : 8;
+vec3 bounds_near(vec3 at) {
+    ivec2 size = textureSize(shadow_bounds, 0);
+    return texelFetch(shadow_bounds, clamp(ivec2(at.xy * vec2(size)), ivec2(0), size - 1), 0).xyz;
+}
 
+const mat2 golden = mat2(-0.7373688, 0.6754903, -0.6754903, -0.7373688);  // a turn by the golden angle: spreads evenly
+
+// Software that draws takes every branch, but leaves a loop as soon as it can: loops of one turn stand for branches.
+float half_shade(vec3 at, float least_radius) {
+    const float sun_radius = 0.022;    // tangent of half its angle, with the haze
+    float scale = 0.5 * length(shadow_matrix[0].xyz);
+    float search = min(max(least_radius, sun_radius * at.z * shadow_span), shadow_reach);
     vec2 turn = turn_at(at.xy);
-    mat2 turned = mat2(turn.x, turn.y, -turn.y, turn.x);
     float gaps = 0.0, blockers = 0.0;
-    for (int i = 0; i < searched; ++i) {
-        float gap = at.z - texture(shadow_depths, at.xy + scale * search * (turned * disc[i])).r;
+    for (int i = 0; i < 8; ++i) {
+        float gap = at.z - texture(shadow_depths, at.xy + scale * search * sqrt((float(i) + 0.5) / 8.0) * turn).r;
         if (gap > 0.0) gaps += gap, blockers += 1.0;
+        turn = golden * turn;
     }
     float radius = clamp(sun_radius * shadow_span * gaps / max(blockers, 1.0), least_radius, search);
     float sum = 0.0;
-    int taps = known || blockers == 0.0 ? 0 : shadow_taps;
-    for (int i = 0; i < taps; ++i)
-        sum += texture(shadow_all, vec3(at.xy + scale * radius * (turned * disc[i]), at.z));
-    return known ? 0.2 * lit : blockers == 0.0 ? 1.0 : sum / float(shadow_taps);
+    // What faces the sun obliquely stands before itself: all that is before a point proves no shade on it.
+    bool dark = blockers == 8.0 && texture(shadow_all, at) == 0.0;
+    int taps = blockers == 0.0 || dark ? 0 : shadow_taps;
+    for (int i = 0; i < taps; ++i) {
+        sum += texture(shadow_all, vec3(at.xy + scale * radius * sqrt((float(i) + 0.5) / float(taps)) * turn, at.z));
+        turn = golden * turn;
+    }
+    return dark ? 0.0 : blockers == 0.0 ? 1.0 : sum / float(shadow_taps);
+}
+
+// Share of the sun that is seen: its disc, and the haze about it, make shade softer the farther it falls.
+float sun_visibility(vec3 position, float least_radius) {
+    vec3 at = shadow_position(position), bounds = bounds_near(at);
+    float seen = at.z > bounds.y ? 0.0 : 1.0;
+    int unsure = at.z > bounds.x && at.z <= bounds.y ? 1 : 0;
+    for (int once = 0; once < unsure; ++once) seen = half_shade(at, least_radius);
+    return seen;
 }
 
 float spray_transmittance(vec3 position) {
-    return exp(-texture(spray_shadow, shadow_position(position).xy).r);
+    vec3 at = shadow_position(position);
+    int any = bounds_near(at).z > 0.0 ? 1 : 0;
+    float through = 1.0;
+    for (int once = 0; once < any; ++once) through = exp(-texture(spray_shadow, at.xy).r);
+    return through;
 }
 
 // Scattered sun and visible sky; outside the volume, and fading over its rim, there is no snow.
 vec4 light_at(vec3 position) {
     vec3 at = (position - volume_origin) / volume_size;
     vec3 rim = clamp(min(at, 1.0 - at) * vec3(textureSize(snow_light, 0)) / 5.0, 0.0, 1.0);
-    return mix(vec4(1.0), texture(snow_light, at), rim.x * rim.y * rim.z);
+    float share = rim.x * rim.y * rim.z;
+    vec4 light = vec4(1.0);
+    int inside = share > 0.0 ? 1 : 0;
+    for (int once = 0; once < inside; ++once) light = mix(light, texture(snow_light, at), share);
+    return light;
 }
 
 // What hides the sky is itself bright snow.
@@ -102,6 +122,8 @@ float lifted_by_snow(float open) { return open / (1.0 - 0.65 * (1.0 - open)); }
 // What comes to the eye through the air between.
 vec3 seen_through_air(vec3 colour, float depth, vec3 ray) {
     float haze = 1.0 - exp(-depth * length(ray) / haze_distance);
-    vec3 horizon = sky(normalize(vec3(ray.x, 0.0, ray.z) + vec3(1e-6, 0.0, 0.0)));
+    float towards = max(dot(normalize(ray.xz + vec2(1e-6, 0.0)), to_sun.xz), 0.0), wide = towards * towards;
+    wide *= wide;
+    vec3 horizon = sky_horizon + sun_light * (0.10 * wide + 0.25 * wide * wide * wide);  // sky(), along y = 0
     return develop(mix(colour, horizon, haze));
 }

@@ -1,7 +1,5 @@
 uniform sampler2D raw_depths;
 uniform float spacing;             // of particles [m]
-uniform sampler2D relief;
-uniform bool lines;
 
 flat in vec4 spray_colour;
 flat in vec2 half_way;
@@ -9,21 +7,22 @@ flat in float spray_radius;
 flat in float spray_size;
 flat in float spray_depth;
 flat in float spray_hash;
-flat in int is_puff;
 
 out vec4 out_light;
 
 float share_hidden() {
-    if (lines) return spray_colour.a;
+    if (lines == 1) return spray_colour.a;
     vec2 p = (gl_PointCoord - 0.5) * vec2(spray_size, -spray_size);
     float along = dot(p, half_way) / max(dot(half_way, half_way), 1e-6);
     vec2 q = p - clamp(along, -1.0, 1.0) * half_way;
     float d = dot(q, q) / (spray_radius * spray_radius);
     if (d >= 1.0) discard;
-    float opacity = spray_colour.a * (is_puff == 1 ? (1.0 - d) * (1.0 - d) : 1.0 - d * d);
-    if (is_puff == 1) {
-        vec2 at = 0.09 * p / spray_radius + fract(spray_hash * vec2(37.7, 311.3));
-        opacity *= clamp(0.9 + 0.7 * (textureLod(relief, at, 1.0).z * 6.0 - 3.0), 0.0, 2.0);
+    float opacity = spray_colour.a * (puffs == 1 ? (1.0 - d) * (1.0 - d) : 1.0 - d * d);
+    if (puffs == 1) {  // a constant
+        // Each is uneven in its own way.
+        vec4 bend = 2.0 * fract(spray_hash * vec4(37.7, 311.3, 733.1, 171.9)) - 1.0;
+        vec2 at = p / (spray_radius + length(half_way));
+        opacity *= clamp(0.9 + 1.0 * (dot(bend.xy, at) + dot(bend.zw, vec2(at.x * at.x - at.y * at.y, 2.0 * at.x * at.y))), 0.0, 2.0);
         // A puff that a surface cuts through ends softly.
         float behind = texelFetch(raw_depths, ivec2(gl_FragCoord.xy), 0).r;
         if (behind > 0.0) opacity *= clamp((behind - spray_depth) / (2.0 * spacing), 0.0, 1.0);

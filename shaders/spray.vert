@@ -1,5 +1,5 @@
-// Powder in the air. Of points, instance 0 is a thin puff, the others are grains in it; of lines, all are grains
-// that go far while the shutter is open. Every particle stands twice in the buffer: for both ends of a line.
+// Powder in the air: a thin puff, or else grains in it, points or lines where they go far while
+// the shutter is open: the constants `puffs` and `lines` tell. Every particle stands twice in the buffer: for both ends of a line.
 layout(location = 0) in vec3 center;
 layout(location = 1) in vec3 velocity;   // [m/s]
 layout(location = 2) in float amount;    // 0 to 1
@@ -7,7 +7,7 @@ layout(location = 3) in float hash;
 layout(location = 4) in float value;
 uniform float max_point_size;
 uniform float shutter;                   // [s]
-uniform bool lines;
+uniform float puff_share;                // of the particles have puffs
 uniform bool coloured;                   // by a colour map
 uniform sampler2D palette;
 uniform float edge;                      // samples along a pixel's edge
@@ -18,15 +18,14 @@ flat out float spray_radius;             // [samples]
 flat out float spray_size;               // [samples]
 flat out float spray_depth;              // [m]
 flat out float spray_hash;
-flat out int is_puff;
 
 void main() {
-    int grain = gl_InstanceID + int(lines);
-    bool puff = grain == 0;
+    const bool puff = puffs == 1;
+    int grain = puff ? 0 : gl_InstanceID + 1;
     vec3 h = fract(hash * vec3(71.3, 433.1, 191.9) + float(grain) * vec3(0.6180, 0.4142, 0.7321));
     vec3 at = center + (puff ? vec3(0.0) : 2.4 * spacing * (h - 0.5));
     float r = spacing * (puff ? 1.9 : 0.07 + 0.16 * h.x * h.y);
-    float opacity = amount * (puff ? 0.19 : 0.85);
+    float opacity = amount * (puff ? 0.12 * inversesqrt(puff_share) : 0.85);
 
     spray_depth = dot(at - eye, basis[2]);
     float sample_width = max(spray_depth, near_depth) * sample_tan;
@@ -47,7 +46,6 @@ void main() {
     spray_radius = radius;
     spray_size = 2.0 * (radius + length(half_way)) + 1.0;
     spray_hash = hash;
-    is_puff = puff ? 1 : 0;
 
     vec4 light = light_at(at);
     float seen = texture(shadow_all, shadow_position(at + 1.5 * spacing * to_sun));
@@ -55,11 +53,11 @@ void main() {
     vec3 sun = sun_light * sqrt(light.rgb) * seen * (0.62 + 1.2 * pow(forward, 6.0));
     vec3 colour = sun + (0.9 * open_sky(light.a)) * (sky_light + 0.5 * bounce_by_normal(vec3(0.0)));
 
-    if (lines) opacity = min(2.5 * opacity * min(radius, 1.5), 0.9);
+    if (lines == 1) opacity = min(2.5 * opacity * min(radius, 1.5), 0.9);
     spray_colour = vec4(seen_through_air(colour, spray_depth, ray), opacity);
     if (coloured) spray_colour.rgb = pow(textureLod(palette, vec2(value, 0.5), 0.0).rgb, vec3(2.2));
-    bool shown = streak == lines && (!puff || hash < 0.4) && opacity > 0.004 && spray_depth > near_depth;
+    bool shown = streak == (lines == 1) && (!puff || hash < puff_share) && opacity > 0.004 && spray_depth > near_depth;
     gl_Position = shown ? projection * vec4(at, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
-    if (lines) gl_Position.xy += ((gl_VertexID & 1) == 0 ? -2.0 : 2.0) * straight / samples * gl_Position.w;
+    if (lines == 1) gl_Position.xy += ((gl_VertexID & 1) == 0 ? -2.0 : 2.0) * straight / samples * gl_Position.w;
     gl_PointSize = min(spray_size, max_point_size);
 }

@@ -27,12 +27,14 @@ Density density_at(const std::vector<float>& x, std::size_t max_cells = 1 << 20)
     return density_of({x, {}, spacing}, max_cells);
 }
 
+const Eigen::Vector3f to_sun(0, 1, 0);
+
 Splats splats_of(const std::vector<float>& x, const Vec3d& eye, const std::vector<float>& v = {}) {
     const Density density = density_at(x);
     Density soft = density;
     soft.rho = smoothed(density.rho);
     return visible_splats({x, v, spacing}, density, soft, view_of(Camera{eye, {0.2, 0.2, 0.2}, 40}, {}, 1, 0),
-                          4);
+                          to_sun, 4);
 }
 
 double total(const Density& density) {
@@ -121,14 +123,38 @@ TEST_CASE("what lies deep inside is not drawn, and nothing of the surface is mis
     CHECK(seen < splats.size());
     CHECK(seen > splats.size() / 8);
     CHECK(splats.size() < n * n * n / 2);
-    std::size_t outer = 0;
-    for (const Splat& s : splats) {
-        const bool inside =
-            std::min({s.x, s.y, s.z}) > spacing && std::max({s.x, s.y, s.z}) < (n - 1) * spacing;
-        outer += !inside;
-        CHECK(s.radius > 0);
+    std::size_t front = 0, top = 0;
+    for (std::size_t i = 0; i < splats.size(); ++i) {
+        CHECK(splats[i].radius > 0);
+        front += i < seen && splats[i].z > (n - 1) * spacing;
+        top += i >= visible.far_lit && splats[i].y > (n - 1) * spacing;
     }
-    CHECK(outer == n * n * n - (n - 2) * (n - 2) * (n - 2));
+    CHECK(visible.near == 0);
+    CHECK(front == n * n);
+    CHECK(top == n * n);  // all that the sun reaches throws a shadow
+}
+
+TEST_CASE("where particles are small, some of them cover as much as all would", "[light]") {
+    const std::vector<float> x = block(40, 40);
+    const Density density = density_at(x);
+    Density soft = density;
+    soft.rho = smoothed(density.rho);
+    const View view = view_of(Camera{{0.2, 0.2, 30}, {0.2, 0.2, 0.2}, 40}, {}, 1, 0);
+    const auto area = [&](float least_radius, std::size_t& count) {
+        double sum = 0;
+        count = 0;
+        for (const Splat& s :
+             visible_splats({x, {}, spacing}, density, soft, view, to_sun, 4, least_radius).all)
+            if (s.hash != 0.5f) sum += s.radius * s.radius, ++count;  // 0.5: plugs, which are not particles
+        return sum;
+    };
+    std::size_t all = 0, some = 0;
+    const double covered = area(0, all);
+    const float wanted = 0.85f * spacing / (view.sample_tan * 29.8f);  // radius of a particle [samples]
+    CHECK(area(2 * wanted, some) == Approx(covered).epsilon(0.05));
+    CHECK(double(some) == Approx(0.25 * double(all)).epsilon(0.05));
+    area(0.9f * wanted, some);
+    CHECK(some == all);
 }
 
 TEST_CASE("a single particle is spray in flight and a crumb at rest, unbroken snow is neither", "[light]") {
@@ -149,13 +175,15 @@ TEST_CASE("a single particle is spray in flight and a crumb at rest, unbroken sn
 
 TEST_CASE("a splat is covered by the lump in front of it, not by what is behind or beside it", "[light]") {
     const std::vector<float> x = block(40, 40);
-    const Density density = density_at(x);
+    const Cover cover(density_at(x));
     const Eigen::Vector3f eye(0.2f, 0.2f, 2);
-    CHECK(is_covered({0.2f, 0.2f, 0.01f}, eye, density));
-    CHECK_FALSE(is_covered({0.2f, 0.2f, 0.39f}, eye, density));
-    CHECK_FALSE(is_covered({0.2f, 0.39f, 0.2f}, {0.2f, 3, 0.2f}, density));
-    CHECK_FALSE(is_covered({0.5f, 0.2f, 0.01f}, eye, density));
-    CHECK_FALSE(is_covered({0.2f, 0.2f, 0.2f}, {0.2f, 0.2f, 0.25f}, density));  // the eye is inside, too
+    CHECK(is_covered({0.2f, 0.2f, 0.01f}, eye, cover));
+    CHECK(is_covered({0.2f, 0.2f, -0.1f}, eye, cover));  // anywhere behind it
+    CHECK_FALSE(is_covered({0.2f, 0.2f, 0.39f}, eye, cover));
+    CHECK_FALSE(is_covered({0.2f, 0.39f, 0.2f}, {0.2f, 3, 0.2f}, cover));
+    CHECK_FALSE(is_covered({0.5f, 0.2f, 0.01f}, eye, cover));
+    CHECK_FALSE(is_covered({0.2f, 0.2f, 0.2f}, {0.2f, 0.2f, 0.25f}, cover));  // the eye is inside, too
+    CHECK_FALSE(is_covered({0.2f, 0.4f, 0.01f}, {0.2f, 0.4f, 2}, cover));     // one may look along a face
 }
 
 TEST_CASE("positions that are not finite, or too far for a float, give no splat", "[light]") {

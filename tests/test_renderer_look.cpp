@@ -41,7 +41,7 @@ TEST_CASE("snow is bright towards the sun, darker and bluer away from it, and ne
 
 TEST_CASE("exposure goes from black to white", "[renderer]") {
     double before = -1;
-    for (const double exposure : {0.0, 0.25, 1.0, 4.0, 1000.0}) {
+    for (const double exposure : {0.0, 0.25, 1.0, 2.0, 1000.0}) {
         Picture picture = small_picture();
         picture.exposure = exposure;
         const auto renderer = renderer_for(picture);
