@@ -45,12 +45,19 @@ struct StudyOptions {
     bool overwrite = false, quiet = false;
 };
 
+struct BenchOptions {
+    double particles = 4e5;
+    int rounds = 5;
+    std::string yardstick;          ///< a program to compare with, run in turns; empty: none.
+};
+
 // Each returns the program's exit code.
 int run_command(const RunOptions&);
 int render_command(const RunOptions&);
 int check_command(const std::vector<std::string>& scenes, const Overrides&);
 int compare_command(const CompareOptions&);
 int study_command(const StudyOptions&);
+int bench_command(const BenchOptions&);
 int scenes_command(const std::string& name, bool schema);
 
 }  // namespace firn

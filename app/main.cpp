@@ -21,6 +21,7 @@ struct CommandLine {
     RunOptions run;
     CompareOptions compare;
     StudyOptions study;
+    BenchOptions bench;
     std::vector<std::string> scenes;
     std::string frames, preset, scene_name;
     int threads = 0;
@@ -139,6 +140,19 @@ static void add_study(CLI::App& app, CommandLine& line) {
     study.add_flag("--quiet", line.study.quiet, "Tell only what is wrong, and the result");
 }
 
+static void add_bench(CLI::App& app, CommandLine& line) {
+    auto& bench = *app.add_subcommand("bench", "Measure how fast a step is on this machine");
+    bench.add_option("--particles", line.bench.particles, "Of the ball that hits a wall (default: 400000)")
+        ->check(CLI::Range(1000.0, 1e8))->option_text("N");
+    bench.add_option("--rounds", line.bench.rounds, "How often all is measured in turn (default: 5)")
+        ->check(CLI::Range(1, 1000))->option_text("N");
+    bench.add_option("--yardstick", line.bench.yardstick,
+                     "Run as PROGRAM PARTICLES STEPS in each round, for a ratio; it prints its \"N ns per particle-step\"")
+        ->option_text("PROGRAM");
+    bench.add_option("--threads", line.threads, "Threads of the parallel cases (default: all)")
+        ->check(CLI::Range(1, 1024))->option_text("N");
+}
+
 static void describe_commands(CLI::App& app, CommandLine& line) {
     app.set_version_flag("--version", "firn " + program_version());
     app.require_subcommand(1);
@@ -147,6 +161,7 @@ static void describe_commands(CLI::App& app, CommandLine& line) {
     add_runs(app, line);
     add_tools(app, line);
     add_study(app, line);
+    add_bench(app, line);
 }
 
 static int dispatch(const CLI::App& app, CommandLine& line) {
@@ -162,6 +177,7 @@ static int dispatch(const CLI::App& app, CommandLine& line) {
         if (line.study.axes.empty()) line.study.axes = axis_names();
         return study_command(line.study);
     }
+    if (app.got_subcommand("bench")) return bench_command(line.bench);
     if (app.got_subcommand("scenes")) return scenes_command(line.scene_name, line.schema);
     if (app.got_subcommand("render")) return render_command(line.run);
     if (app.got_subcommand("simulate")) {

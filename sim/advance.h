@@ -83,7 +83,8 @@ Advanced<Real> advance(Particles<Real>& ps, Grid<Real>& grid, const Motion<Real>
         b.bases = 0;
         std::vector<std::uint32_t> leaving;
         for (std::size_t k = 0; k < b.groups.size(); ++k) {
-            const std::uint32_t g = b.groups[k];
+            const std::uint32_t g = b.groups[k], next = b.groups[std::min(k + 1, b.groups.size() - 1)];
+            ps.for_each_field([next](const auto& field) { field.prefetch(next); });
             const int count = b.count_in(k);
             const Vec3<P> x = vectors_of(ps.x, g);
             Reach<Real, kind, transfer> reach(x, b, h);

@@ -53,7 +53,7 @@ template <class Real> struct Departure {
 };
 
 /// Takes particle n out of a block; the last one fills the gap. The block keeps its groups.
-template <class Real> typename Particles<Real>::One take_out(Particles<Real>& ps, ParticleBlock& b, std::uint32_t n) {
+template <class Real> [[gnu::noinline]] typename Particles<Real>::One take_out(Particles<Real>& ps, ParticleBlock& b, std::uint32_t n) {
     const std::size_t gap = b.slot(n), last = b.slot(--b.count);
     const typename Particles<Real>::One one = ps.get(gap);
     if (last != gap) ps.put(gap, ps.get(last));

@@ -235,7 +235,7 @@ private:
 
     const Blocks& blocks_;
     Real h_;
-    std::vector<Element<Real, kind>> elements_;
+    Pages<Element<Real, kind>> elements_;
     std::array<std::vector<Batch>, 8> batches_;  ///< by colour.
 };
 

@@ -1,6 +1,7 @@
 #pragma once
 #include "sim/blocks.h"
 #include "sim/pack.h"
+#include "sim/pages.h"
 
 namespace firn {
 
@@ -12,7 +13,7 @@ template <class Real> using Node = Pack<Real, 8>;
 template <class Real> struct Grid {
     Real h = 0;                             ///< [m]
     Blocks blocks;
-    std::vector<Node<Real>> nodes;
+    Pages<Node<Real>> nodes;
 
     std::size_t size() const { return blocks.nodes; }
     /// World position of the node (i, j, k) of a block that bit 16 i + 4 j + k stands for [m].
@@ -38,10 +39,10 @@ template <class Value, int stencil_width> struct Tile {
     void clear(const Blocks& blocks, const ParticleBlock& b) {
         for_each(blocks, b, [](Value& v, std::uint32_t) { v = Value(0); });
     }
-    void load(const Blocks& blocks, const ParticleBlock& b, const std::vector<Value>& from) {
+    void load(const Blocks& blocks, const ParticleBlock& b, const Pages<Value>& from) {
         for_each(blocks, b, [&](Value& v, std::uint32_t n) { v = from[n]; });
     }
-    void add_to(const Blocks& blocks, const ParticleBlock& b, std::vector<Value>& to) {
+    void add_to(const Blocks& blocks, const ParticleBlock& b, Pages<Value>& to) {
         for_each(blocks, b, [&](Value& v, std::uint32_t n) { to[n] += v; });
     }
 };
@@ -50,7 +51,7 @@ template <class Value, int stencil_width> struct Tile {
 /// must be cleared. The order of the sums is fixed: colour after colour, and no two blocks of one colour share
 /// a node.
 template <int stencil_width, class Value, class F>
-void scatter_blocks(const Blocks& blocks, std::vector<Value>& nodes, F&& scatter) {
+void scatter_blocks(const Blocks& blocks, Pages<Value>& nodes, F&& scatter) {
 #pragma omp parallel
     for (const std::vector<std::uint32_t>& colour : blocks.colours) {
         const auto count = static_cast<std::ptrdiff_t>(colour.size());
@@ -71,7 +72,7 @@ void scatter_blocks(const Blocks& blocks, std::vector<Value>& nodes, F&& scatter
 template <class Value, int stencil_width> struct SlopedTile {
     Tile<Value, stencil_width> nodes, steps;
 
-    void load(const Blocks& blocks, const ParticleBlock& b, const std::vector<Value>& from) {
+    void load(const Blocks& blocks, const ParticleBlock& b, const Pages<Value>& from) {
         constexpr int width = Tile<Value, stencil_width>::width;
         nodes.load(blocks, b, from);
         for (int row = 0; row < width * width; ++row)
@@ -81,7 +82,7 @@ template <class Value, int stencil_width> struct SlopedTile {
 
 /// Calls gather(number of the block, tile) for every block with its nodes in a sloped tile, several at once.
 template <int stencil_width, class Value, class F>
-void gather_blocks(const Blocks& blocks, const std::vector<Value>& nodes, F&& gather) {
+void gather_blocks(const Blocks& blocks, const Pages<Value>& nodes, F&& gather) {
     const auto count = static_cast<std::ptrdiff_t>(blocks.particle_blocks.size());
 #pragma omp parallel for schedule(dynamic)
     for (std::ptrdiff_t b = 0; b < count; ++b) {

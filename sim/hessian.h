@@ -18,7 +18,7 @@ public:
 
 private:
     const Elements<Real, kind>& elements_;
-    std::vector<KirchhoffDifferential<Pack<Real, lanes>>> particles_;
+    Pages<KirchhoffDifferential<Pack<Real, lanes>>> particles_;
 };
 
 }  // namespace firn

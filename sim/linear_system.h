@@ -22,7 +22,7 @@ public:
             D_[i] = m_[i] + Real(factor) * stiffness.at[i][0];
         });
     }
-    const std::vector<Real>& masses() const { return m_; }                           ///< [kg]
+    const Pages<Real>& masses() const { return m_; }                           ///< [kg]
     double dot(const NodeField<Real>& a, const NodeField<Real>& b) const { return weighted_dot(D_, a, b); }
 
     double weight() const { return std::accumulate(D_.begin(), D_.end(), 0.0); }    ///< Σ D_i [kg]
@@ -71,7 +71,7 @@ public:
 private:
     double factor_;
     const std::vector<FixedNode<Real>>& fixed_;
-    std::vector<Real> m_, D_;
+    Pages<Real> m_, D_;
 };
 
 /// v* of the nodes that hold (v*, m | …).

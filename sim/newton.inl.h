@@ -25,7 +25,7 @@ Convergence solve_newton(const Particles<Real>& ps, Grid<Real>& grid,
     const Elements<Real, kind> elements(ps, grid, materials);
     const System<Real, kind> system(elements, grid, fixed, dt * dt);
     Potential<Real, kind> phi(elements);
-    const std::vector<Real>& m = system.masses();
+    const Pages<Real>& m = system.masses();
 
     NodeField<Real> v(grid.size()), f, r(grid.size()), trial, difference(grid.size());
     v.for_each([&](std::ptrdiff_t i) {

@@ -7,7 +7,7 @@ namespace firn {
 template <class Real> using NodeVector = Pack<Real, 4>;
 
 template <class Real> struct NodeField {
-    std::vector<NodeVector<Real>> at;
+    Pages<NodeVector<Real>> at;
 
     explicit NodeField(std::size_t nodes = 0) : at(nodes, NodeVector<Real>(0)) {}
 
@@ -30,7 +30,7 @@ template <class Real> struct NodeField {
 
 /// Σ_i D_i a_i·b_i for positive weights D: sums of 256 nodes in doubles, added up in a fixed order.
 template <class Real>
-double weighted_dot(const std::vector<Real>& D, const NodeField<Real>& a, const NodeField<Real>& b) {
+double weighted_dot(const Pages<Real>& D, const NodeField<Real>& a, const NodeField<Real>& b) {
     constexpr std::ptrdiff_t chunk = 256;
     const auto n = static_cast<std::ptrdiff_t>(D.size()), chunks = (n + chunk - 1) / chunk;
     std::vector<double> partial(chunks);

@@ -1,5 +1,6 @@
 #pragma once
 #include "sim/pack.h"
+#include "sim/pages.h"
 #include "sim/types.h"
 
 #include <array>
@@ -24,17 +25,22 @@ public:
     bool empty() const { return groups_.empty(); }
 
     Real& at(std::size_t slot, int c = 0) { return numbers()[(slot / lanes * C + c) * lanes + slot % lanes]; }
-    Real at(std::size_t slot, int c = 0) const {
+    const Real& at(std::size_t slot, int c = 0) const {
         return reinterpret_cast<const Real*>(groups_.data())[(slot / lanes * C + c) * lanes + slot % lanes];
     }
     std::array<P, C>& group(std::size_t g) { return groups_[g]; }
     const std::array<P, C>& group(std::size_t g) const { return groups_[g]; }
+    /// Has a group fetched from memory, to be there when it is worked on.
+    void prefetch(std::size_t g) const {
+        const char* bytes = reinterpret_cast<const char*>(&groups_[g]);
+        for (std::size_t i = 0; i < sizeof groups_[g]; i += 64) __builtin_prefetch(bytes + i);
+    }
     P& pack(std::size_t group, int c = 0) { return groups_[group][c]; }
     const P& pack(std::size_t group, int c = 0) const { return groups_[group][c]; }
 
 private:
     Real* numbers() { return reinterpret_cast<Real*>(groups_.data()); }
-    std::vector<std::array<P, C>> groups_;
+    Pages<std::array<P, C>> groups_;
 };
 
 template <class Real> Vec3<Real> vector_of(const Field<Real, 3>& f, std::size_t slot) {
@@ -101,24 +107,29 @@ template <class Real> struct Particles {
         std::uint8_t material;
     };
     One get(std::size_t slot) const {
-        One one{{}, id[slot], several_materials ? material[slot] : std::uint8_t(0)};
+        One one;
+        one.id = id[slot];
+        if (several_materials) one.material = material[slot];
         Real* next = one.numbers;
-        for_each_field([&](const auto& field) { for (int c = 0; c < field.components; ++c) *next++ = field.at(slot, c); });
+        for_each_field([&](const auto& field) {
+            const Real* numbers = &field.at(slot);
+            for (int c = 0; c < field.components; ++c) *next++ = numbers[lanes * c];
+        });
         return one;
     }
     void put(std::size_t slot, const One& one) {
         const Real* next = one.numbers;
-        for_each_field([&](auto& field) { for (int c = 0; c < field.components; ++c) field.at(slot, c) = *next++; });
+        for_each_field([&](auto& field) {
+            Real* numbers = &field.at(slot);
+            for (int c = 0; c < field.components; ++c) numbers[lanes * c] = *next++;
+        });
         id[slot] = one.id;
         if (several_materials) material[slot] = one.material;
     }
-    /// Nothing, where it does no harm to what is reckoned beside it.
+    /// A slot without mass, volume and velocity does no harm to what is reckoned beside it.
     void empty(std::size_t slot) {
-        One nothing{};
-        Real* F = nothing.numbers + 6;
-        for (int a = 0; a < 3; ++a) nothing.numbers[a] = x.at(slot, a), F[4 * a] = 1;
-        F[9] = 1;   // J_P
-        put(slot, nothing);
+        m.at(slot) = V0.at(slot) = 0;
+        for (int a = 0; a < 3; ++a) v.at(slot, a) = 0;
     }
     /// Every field of numbers that there is, for what treats them all alike.
     template <class F> void for_each_field(F&& f) const {

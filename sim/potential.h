@@ -35,7 +35,7 @@ public:
 private:
     const Elements<Real, kind>& elements_;
     std::vector<double> energy_;
-    std::vector<ProjectedDifferential<P>> particles_;
+    Pages<ProjectedDifferential<P>> particles_;
 };
 
 }  // namespace firn

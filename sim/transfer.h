@@ -74,7 +74,8 @@ void rasterize_with_forces(const Particles<Real>& ps, Grid<Real>& grid) {
     for (std::ptrdiff_t i = 0; i < n; ++i) grid.nodes[i] = N8(0);
     scatter_blocks<width>(grid.blocks, grid.nodes, [&](const ParticleBlock& b, auto& tile) {
         for (std::size_t k = 0; k < b.groups.size(); ++k) {
-            const std::uint32_t g = b.groups[k];
+            const std::uint32_t g = b.groups[k], next = b.groups[std::min(k + 1, b.groups.size() - 1)];
+            ps.x.prefetch(next), ps.v.prefetch(next), ps.tau.prefetch(next), ps.m.prefetch(next), ps.V0.prefetch(next);
             const Reach<Real, kind, transfer> r(vectors_of(ps.x, g), b, grid.h);
             const P m = ps.m.pack(g), V0 = ps.V0.pack(g);
             const auto f = [&](int i) { return -V0 * ps.tau.pack(g, i); };
@@ -150,7 +151,7 @@ template <class Real> struct Seen {
 };
 /// The weights along z are summed up.
 template <class Real, Weights kind, Transfer transfer>
-Seen<Real> look(const SlopedTile<Node<Real>, BSpline<kind>::width>& tile, const Reach<Real, kind, transfer>& r, int count) {
+[[gnu::noinline]] Seen<Real> look(const SlopedTile<Node<Real>, BSpline<kind>::width>& tile, const Reach<Real, kind, transfer>& r, int count) {
     using N8 = Node<Real>;
     std::array<N8, lanes> a, b, c, d;
 #pragma GCC unroll 1

@@ -68,7 +68,7 @@ template <Weights kind> struct Lump {
     /// Φ after every node i has moved by u_i: Σ_p V_p⁰ Ψ((I + Σ_i u_i ∇w_ipᵀ) F_E).              report, (1)
     double potential(const NodeField<double>& u) const {
         double sum = 0;
-        std::vector<Node<double>> moves(grid.size());
+        Pages<Node<double>> moves(grid.size());
         for (std::size_t i = 0; i < grid.size(); ++i) moves[i] = Node<double>::of(u.at[i][0], u.at[i][1], u.at[i][2], 0, 0, 0, 0, 0);
         for (const ParticleBlock& b : grid.blocks.particle_blocks) {
             SlopedTile<Node<double>, BSpline<kind>::width> tile;
