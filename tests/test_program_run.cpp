@@ -129,6 +129,12 @@ TEST_CASE("simulate needs no OpenGL, and render draws from it what run draws", "
     const Outcome torn = run_firn({"render", out, "--overwrite"});
     CHECK(torn.code == 2);
     CHECK_THAT(torn.err, Contains("frame_0002.ply"));
+    auto without_camera = ordered_json::parse(bytes_of_file(out + "/run.json"));
+    without_camera["scene"].erase("camera");
+    folder.write("out/run.json", without_camera.dump());
+    const Outcome blind = run_firn({"render", out, "--overwrite"});
+    CHECK(blind.code == 2);
+    CHECK_THAT(blind.err, Contains("run.json:") && Contains("camera: is missing"));
     CHECK(run_firn({"render", folder / "nothing"}).code == 2);
     fs::create_directory(folder / "empty");
     CHECK(run_firn({"render", folder / "empty"}).code == 2);
