@@ -21,11 +21,15 @@ static void require(bool there, const char* what) {
             fmt::format("has no {}, which picture.colour shows; write them with --state full", what));
 }
 
-// The body that each particle belongs to; all to the first where the numbers do not fit.
-static std::vector<std::size_t> bodies_of(std::size_t count, const std::vector<std::size_t>& bodies) {
+// The body that each particle belongs to; all to the first where the numbers do not fit the particles, or the
+// scene has fewer bodies than made them.
+static std::vector<std::size_t> bodies_of(std::size_t count, const std::vector<std::size_t>& bodies,
+                                          std::size_t scene_bodies) {
     std::vector<std::size_t> result;
-    for (std::size_t b = 0; b < bodies.size(); ++b) result.insert(result.end(), bodies[b], b);
-    if (result.size() != count) result.assign(count, 0);
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+        if (bodies[b] <= count - result.size()) result.insert(result.end(), bodies[b], b);
+        else return std::vector<std::size_t>(count);
+    if (result.size() != count || bodies.size() > scene_bodies) result.assign(count, 0);
     return result;
 }
 
@@ -46,7 +50,7 @@ std::vector<double> particle_values(const PlyParticles& p, const Scene& scene,
     if (colour == Colour::density || colour == Colour::stress) require(p.Fe.size() == n, "Fe_00 to Fe_22");
     if (colour == Colour::density) require(p.mass.size() == n && p.volume.size() == n, "mass and volume");
 
-    const auto body = bodies_of(n, bodies);
+    const auto body = bodies_of(n, bodies, scene.bodies.size());
     std::vector<double> values(n);
     for (std::size_t i = 0; i < n; ++i) switch (colour) {
             case Colour::speed: values[i] = p.v[i].norm(); break;

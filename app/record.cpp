@@ -57,16 +57,22 @@ Json to_json(const FrameRecord& r) {
             {"peak_nodes", r.peak_nodes}};
 }
 
+// Throws for a number that is not whole, which get_to would convert even from outside the range.
+static void read_whole(const Json& json, auto& out) {
+    json.get_ref<const Json::number_integer_t&>();
+    json.get_to(out);
+}
+
 FrameRecord frame_record_from(const Json& json) {
     FrameRecord r;
-    json.at("frame").get_to(r.frame);
+    read_whole(json.at("frame"), r.frame);
     json.at("time").get_to(r.time);
-    json.at("steps").get_to(r.steps);
+    read_whole(json.at("steps"), r.steps);
     json.at("dt_min").get_to(r.dt_min);
     json.at("dt_max").get_to(r.dt_max);
-    json.at("solver_iterations").get_to(r.solver_iterations);
-    json.at("unconverged").get_to(r.unconverged);
-    json.at("rejected").get_to(r.rejected);
+    read_whole(json.at("solver_iterations"), r.solver_iterations);
+    read_whole(json.at("unconverged"), r.unconverged);
+    read_whole(json.at("rejected"), r.rejected);
     json.at("residuals").get_to(r.residuals);
     json.at("simulate_seconds").get_to(r.simulate_seconds);
     json.at("render_seconds").get_to(r.render_seconds);
@@ -77,7 +83,7 @@ FrameRecord frame_record_from(const Json& json) {
     r.totals.momentum = vector_from(json.at("momentum"));
     r.totals.angular_momentum = vector_from(json.at("angular_momentum"));
     json.at("mass").get_to(r.totals.mass);
-    json.at("peak_nodes").get_to(r.peak_nodes);
+    read_whole(json.at("peak_nodes"), r.peak_nodes);
     return r;
 }
 
@@ -96,11 +102,12 @@ RunRecord run_record_from(const Json& json) {
     RunRecord run;
     run.scene = json.at("scene");
     json.at("scene_hash").get_to(run.scene_hash);
-    json.at("seed").get_to(run.seed);
-    json.at("threads").get_to(run.threads);
+    read_whole(json.at("seed"), run.seed);
+    read_whole(json.at("threads"), run.threads);
     if (!json.at("gl_renderer").is_null()) run.gl_renderer = json.at("gl_renderer").get<std::string>();
-    json.at("particles").get_to(run.particles);
-    if (json.contains("body_particles")) json.at("body_particles").get_to(run.body_particles);
+    read_whole(json.at("particles"), run.particles);
+    if (json.contains("body_particles"))
+        for (const auto& count : json.at("body_particles")) read_whole(count, run.body_particles.emplace_back());
     for (const auto& record : json.at("frames")) run.frames.push_back(frame_record_from(record));
     return run;
 }

@@ -157,7 +157,9 @@ LoadedScene load_scene(const std::string& path, const Overrides& overrides) {
 Scene read_resolved(const nlohmann::ordered_json& resolved, const std::string& path) {
     Problems problems;
     ReadScene read =
-        read_scene(parse_yaml(resolved.dump(), std::make_shared<Source>(Source{path, ""})), problems);
+        read_and_check(parse_yaml(resolved.dump(), std::make_shared<Source>(Source{path, ""})), problems);
+    if (!read.scene.camera && problems.size() == 0)
+        problems.add(read.place("camera"), "camera", "is missing; a resolved scene has one");
     problems.throw_if_any();
     return read.scene;
 }

@@ -69,6 +69,16 @@ static double share_inside(const ParticleSet& set, const Shape& shape) {
     return tried > 0 ? inside / tried : 0;
 }
 
+static Bounds bounds_of(const ParticleSet& set) {
+    Bounds box;
+    for (const Vec3d& x : set.x) box.extend(x);
+    return box;
+}
+
+static bool overlap(const Bounds& a, const Bounds& b) {
+    return (a.lower.array() <= b.upper.array() && b.lower.array() <= a.upper.array()).all();
+}
+
 static std::vector<std::string> overlaps(const LoadedScene& loaded, const ParticleSet& set, std::size_t i) {
     std::vector<std::string> warnings;
     const auto& scene = loaded.scene;
@@ -82,8 +92,9 @@ static std::vector<std::string> overlaps(const LoadedScene& loaded, const Partic
     for (std::size_t c = 0; c < scene.colliders.size(); ++c)
         warn(share_inside(set, scene.colliders[c].shape), fmt::format("colliders.{}", c),
              "it cannot leave by itself");
+    const Bounds box = bounds_of(set);
     for (std::size_t j = 0; j < i; ++j)
-        if (scene.bodies[j].particles.empty())
+        if (scene.bodies[j].particles.empty() && overlap(box, bounds(scene.bodies[j].shape)))
             warn(share_inside(set, scene.bodies[j].shape), fmt::format("bodies.{}", j),
                  "snow is twice as dense there");
     return warnings;
@@ -99,9 +110,39 @@ static bool is_near(const ParticleSet& set, double farthest) {
                        [&](const Vec3d& x) { return x.cwiseAbs().maxCoeff() <= farthest; });
 }
 
+// The points that sampling tries: a shape is filled from all of its bounding box.
+static double tries(const SceneBody& body, double h) {
+    const Bounds box = bounds(body.shape);
+    if (box.empty()) return 0;
+    constexpr double tile = 4000;  // what the bounds touch is tried whole, see sim/sampling.cpp
+    const double width =
+        body.sampling == Sampling::poisson_disk ? h * std::cbrt(tile / body.particles_per_cell) : 0;
+    const Vec3d size = (box.upper - box.lower).array() + width;
+    return size.prod() / (h * h * h) * body.particles_per_cell;
+}
+
+// Shapes of next to no volume within large bounds, which would keep sampling busy for hours.
+static void check_tries(const LoadedScene& loaded, Problems& problems) {
+    constexpr double most = 5e9;  // about a minute
+    for (std::size_t i = 0; i < loaded.scene.bodies.size(); ++i) {
+        const SceneBody& body = loaded.scene.bodies[i];
+        const std::string path = fmt::format("bodies.{}.shape", i);
+        if (loaded.files.contains(i) || tries(body, loaded.scene.grid_spacing) <= most) continue;
+        problems.add(
+            loaded.read.place(path), path,
+            fmt::format("fills so little of the box around it that {:.1e} points would be tried for {:.1e} "
+                        "particles, at most {:.0e} may be; make what lies apart bodies of their own, or "
+                        "set a larger grid_spacing",
+                        tries(body, loaded.scene.grid_spacing),
+                        expected_count(body, loaded.scene.grid_spacing), most));
+    }
+    problems.throw_if_any();
+}
+
 StartingParticles make_particles(const LoadedScene& loaded, double h) {
     StartingParticles start;
     Problems problems;
+    check_tries(loaded, problems);
     for (std::size_t i = 0; i < loaded.scene.bodies.size(); ++i) {
         const ParticleSet set = make_body(loaded, i, h);
         const std::string path = fmt::format("bodies.{}", i);

@@ -54,6 +54,7 @@ std::optional<TextFault> find_text_fault(const std::string& s) {
                 at.message = "a tab indents this line; YAML wants spaces";
                 return at;
             }
+            indenting = false;  // an empty line or a comment, whose other tabs need no search
         }
         indenting = s[i] == '\n' || (indenting && (s[i] == ' ' || s[i] == '\t'));
         if (s[i] == '\n') ++at.line, at.column = 1;

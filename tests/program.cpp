@@ -1,5 +1,6 @@
 #include "tests/program.h"
 
+#include "tests/sanitizers.h"
 #include "tests/temp_folder.h"
 
 #include <fcntl.h>
@@ -35,7 +36,7 @@ Outcome run_firn(const Launch& launch) {
     int status = 0;
     const auto begun = std::chrono::steady_clock::now();
     while (::waitpid(child, &status, WNOHANG) == 0) {
-        if (std::chrono::steady_clock::now() - begun > std::chrono::minutes(1)) ::kill(child, SIGKILL);
+        if (std::chrono::steady_clock::now() - begun > std::chrono::minutes(tries(1, 10))) ::kill(child, SIGKILL);
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
     const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);

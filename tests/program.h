@@ -18,6 +18,6 @@ struct Launch {
     std::function<void(int)> while_running = [](int) {};    ///< gets the process id.
 };
 
-/// Runs `firn` and waits for it, at most a minute.
+/// Runs `firn` and waits for it, at most a minute (ten with sanitizers).
 Outcome run_firn(const Launch&);
 Outcome run_firn(const std::vector<std::string>& arguments);

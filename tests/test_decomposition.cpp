@@ -1,5 +1,6 @@
 #include "sim/decomposition.h"
 #include "tests/random_matrices.h"
+#include "tests/sanitizers.h"
 
 #include <catch2/catch.hpp>
 
@@ -40,7 +41,7 @@ TEMPLATE_TEST_CASE("F = U S V^T with rotations U and V, to a few ulp of its norm
     RandomInput random;
     double skew = 0, handed = 0, off = 0, unsorted = 0;
     int wrong_sign = 0;
-    const int packs = sizeof(TestType) == 4 ? 1'000'000 : 250'000;  // 10⁷ matrices in all
+    const int packs = sizeof(TestType) == 4 ? tries(1'000'000, 10'000) : tries(250'000, 2'500);  // 10⁷ matrices in all
     for (int n = 0; n < packs; ++n) {
         Mat3<P> F;
         for (int l = 0; l < 8; ++l) {

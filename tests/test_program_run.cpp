@@ -129,6 +129,23 @@ TEST_CASE("simulate needs no OpenGL, and render draws from it what run draws", "
     const Outcome torn = run_firn({"render", out, "--overwrite"});
     CHECK(torn.code == 2);
     CHECK_THAT(torn.err, Contains("frame_0002.ply"));
+    auto without_camera = ordered_json::parse(bytes_of_file(out + "/run.json"));
+    without_camera["scene"].erase("camera");
+    const std::string right = bytes_of_file(out + "/run.json");
+    for (const auto& [key, wrong] : {std::pair{"particles", ordered_json(-4.5)}, {"frames", ordered_json({{{"frame", 1e300}}})},
+                                     {"body_particles", ordered_json({1e30})}, {"seed", ordered_json("one")}}) {
+        CAPTURE(key);
+        auto json = ordered_json::parse(right);
+        json[key] = wrong;
+        folder.write("out/run.json", json.dump());
+        const Outcome damaged = run_firn({"render", out, "--overwrite"});
+        CHECK(damaged.code == 2);
+        CHECK_THAT(damaged.err, Contains("run.json is not what firn writes"));
+    }
+    folder.write("out/run.json", without_camera.dump());
+    const Outcome blind = run_firn({"render", out, "--overwrite"});
+    CHECK(blind.code == 2);
+    CHECK_THAT(blind.err, Contains("run.json:") && Contains("camera: is missing"));
     CHECK(run_firn({"render", folder / "nothing"}).code == 2);
     fs::create_directory(folder / "empty");
     CHECK(run_firn({"render", folder / "empty"}).code == 2);

@@ -194,6 +194,21 @@ TEST_CASE("Bodies without particles are refused, overlaps are told", "[scene]") 
     CHECK(make_particles(load(six_lines), 0.1).warnings.empty());
 }
 
+TEST_CASE("A shape that would keep sampling busy for hours is refused where it stands", "[scene]") {
+    const auto apart = [](const std::string& distance, const std::string& sampling) {
+        return load("grid_spacing: 0.02\nbodies:\n  - sampling: " + sampling +
+                    "\n    shape: {union: [{sphere: {radius: 0.1}}, {sphere: {center: [" + distance + ", " + distance +
+                    ", " + distance + "], radius: 0.1}}]}\n");
+    };
+    for (const char* sampling : {"poisson_disk", "lattice", "random"})
+        CHECK_THROWS_WITH(make_particles(apart("100", sampling), 0.02),
+                          Catch::Contains("ball.yaml:4:12: bodies.0.shape: fills so little of the box around it") &&
+                              Catch::Contains("bodies of their own"));
+    CHECK(make_particles(apart("0.5", "lattice"), 0.02).counts[0] > 1000);
+    CHECK_THROWS_WITH(make_particles(load("grid_spacing: 0.02\nbodies: [{shape: {box: {size: [1e4, 1e-6, 1e4]}}}]\n"), 0.02),
+                      Catch::Contains("bodies.0.shape: fills so little"));
+}
+
 TEST_CASE("Aliases, block style, a byte order mark and Windows line ends are read", "[scene]") {
     CHECK(load("grid_spacing: 0.1\nbodies:\n  - &a {shape: {sphere: {radius: 0.2}}}\n  - *a\n")
               .scene.bodies.size() == 2);

@@ -210,6 +210,8 @@ TEST_CASE("What is no single plain YAML document is refused", "[scene]") {
         {rest + "title: [a\n", "4:1", {"not valid YAML"}},
         {rest + "title: a: b\n", "3:9", {"not valid YAML"}},
         {rest + "solver:\n\tbeta: 1\n", "4:1", {"a tab indents this line"}},
+        {rest + "solver:\n \t # \t\n\t\n\t\tbeta: 1\n", "6:1", {"a tab indents this line"}},
+        {std::string(1'000'000, '\t') + "\n" + rest + "fps: x\n", "4:6", {"fps: x"}},   // hours, if each tab looked for its line's end
         {"a: " + std::string(100, '[') + std::string(100, ']'), "1:67", {"nested too deeply"}},
         {"a: " + std::string(10'000, '['), "1:36", {"nested too deeply"}},
         {bomb, "5:4", {"more than 100000 values"}},
