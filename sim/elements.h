@@ -24,13 +24,14 @@ template <class Real, Weights kind> struct Element {
 
     /// Lane l of ∇u = Σ_j u_j ∇w_jpᵀ.
     void gather(const Tile<N4, width>& u, const Stencils<Real, kind>& s, int l, Columns& gradient) const {
+        const N4* corner = &u.values[at[l]];
         N8 N[width / 2], dN[width / 2];
         weights(s, l, N, dN);
         N8 dx(0), dy(0), dz(0);
         for (int i = 0; i < width; ++i) {
             N8 value(0), value_dy(0), value_dz(0);
             for (int j = 0; j < width; ++j) {
-                const N4* row = &u.values[at[l] + u.index(i, j, 0)];
+                const N4* row = corner + u.index(i, j, 0);
                 N8 sum(0), sum_dz(0);
                 for (int m = 0; m < width / 2; ++m) {
                     const N8 nodes = pair(row + 2 * m);
@@ -51,6 +52,7 @@ template <class Real, Weights kind> struct Element {
 
     /// f_i += A ∇w_ip for lane l.
     void scatter(const Columns& A, const Stencils<Real, kind>& s, int l, Tile<N4, width>& f) const {
+        N4* corner = &f.values[at[l]];
         const N8 x = halves(A.xy[l], exchanged(A.xy[l])), y = halves(exchanged(A.xy[l]), A.xy[l]), z = A.z[l];
         N8 N[width / 2], dN[width / 2];
         weights(s, l, N, dN);
@@ -58,7 +60,7 @@ template <class Real, Weights kind> struct Element {
             const N8 of_x = N8(s.dN[0][i][l]) * x, of_y = N8(s.N[0][i][l]) * y, of_z = N8(s.N[0][i][l]) * z;
             for (int j = 0; j < width; ++j) {
                 const N8 of_xy = N8(s.N[1][j][l]) * of_x + N8(s.dN[1][j][l]) * of_y, of_yz = N8(s.N[1][j][l]) * of_z;
-                N4* row = &f.values[at[l] + f.index(i, j, 0)];
+                N4* row = corner + f.index(i, j, 0);
                 for (int m = 0; m < width / 2; ++m) {
                     const N8 nodes = pair(row + 2 * m) + N[m] * of_xy + dN[m] * of_yz;
                     std::memcpy(row + 2 * m, &nodes, sizeof nodes);
@@ -69,16 +71,20 @@ template <class Real, Weights kind> struct Element {
         }
     }
 
-    /// sum_i += (λ + 4μ)/3 V_p⁰ ‖∇w_ip‖² for lane l.
-    void scatter_diagonal(const Stencils<Real, kind>& s, int l, Tile<N4, width>& sum) const {
+    /// sum_i += (λ + 4μ)/3 V_p⁰ ‖∇w_ip‖² for lane l, four nodes along z at once; a fourth one of three gets nothing.
+    void scatter_diagonal(const Stencils<Real, kind>& s, int l, Tile<Real, width>& sum) const {
         const Real stiffness = (k.lambda[l] + 4 * k.mu[l]) / 3;
+        Real* corner = &sum.values[at[l]];
+        N4 N2(0), dN2(0);
+        for (int m = 0; m < width; ++m) N2.lanes[m] = s.N[2][m][l] * s.N[2][m][l], dN2.lanes[m] = s.dN[2][m][l] * s.dN[2][m][l];
         for (int i = 0; i < width; ++i)
             for (int j = 0; j < width; ++j) {
                 const Real NN = s.N[0][i][l] * s.N[1][j][l], dNN = s.dN[0][i][l] * s.N[1][j][l], NdN = s.N[0][i][l] * s.dN[1][j][l];
-                const Real across = stiffness * (dNN * dNN + NdN * NdN), along = stiffness * NN * NN;
-                for (int m = 0; m < width; ++m)
-                    sum.values[at[l] + sum.index(i, j, m)] +=
-                        N4(across * s.N[2][m][l] * s.N[2][m][l] + along * s.dN[2][m][l] * s.dN[2][m][l]);
+                Real* row = corner + sum.index(i, j, 0);
+                N4 nodes;
+                std::memcpy(&nodes, row, sizeof nodes);
+                nodes += N4(stiffness * (dNN * dNN + NdN * NdN)) * N2 + N4(stiffness * NN * NN) * dN2;
+                std::memcpy(row, &nodes, sizeof nodes);
             }
     }
 
@@ -123,6 +129,11 @@ public:
         }
         elements_.resize(elements);     // zeroed
         for_each_batch([&](const Batch& batch) {
+            if (batch.blocks.size() == 1) {
+                const ParticleBlock& b = *batch.blocks[0];
+                for (std::size_t n = 0; n < b.groups.size(); ++n) fill(elements_[batch.first + n], ps, grid.h, b, b.groups[n], materials);
+                return;
+            }
             for (std::size_t n = 0; n < batch.elements(); ++n) elements_[batch.first + n].Fe = Mat3<P>::Identity();
             batch.for_each([&](const ParticleBlock& b, std::size_t q) {
                 for (std::uint32_t n = 0; n < b.count; ++n, ++q)
@@ -158,13 +169,14 @@ public:
     }
 
     /// Σ_p (λ + 4μ)/3 V_p⁰ ‖∇w_ip‖²: a third of the trace of each node's own 3×3 block of ∂²Φ/∂x² for F_E = I.
-    NodeField<Real> diagonal() const {
-        NodeField<Real> sum(blocks_.nodes);
+    Pages<Real> diagonal() const {
+        Pages<Real> sum(blocks_.nodes);
         for_each_batch([&](const Batch& batch) {
-            Tile<N4, width> tile;
+            Tile<Real, width> tile;
+            std::memset(&tile, 0, sizeof tile);     // with what is read and written beside a row's end
             for_each_particle(batch, [&](const ParticleBlock& b) { tile.clear(blocks_, b); },
                               [&](const auto& e, const auto& s, std::size_t, int l) { e.scatter_diagonal(s, l, tile); },
-                              [&](const ParticleBlock& b) { tile.add_to(blocks_, b, sum.at); });
+                              [&](const ParticleBlock& b) { tile.add_to(blocks_, b, sum); });
         });
         return sum;
     }
@@ -222,6 +234,19 @@ private:
         transpose(c.xy), transpose(c.z);
     }
 
+    /// All lanes from one group.
+    static void fill(Element<Real, kind>& e, const Particles<Real>& ps, Real h, const ParticleBlock& b, std::uint32_t group,
+                     const std::vector<SnowModel<Real>>& materials) {
+        const Place<kind, P> place(vectors_of(ps.x, group), P(h));
+        Vec3<P> local;
+        for (int a = 0; a < 3; ++a) local(a) = place.base(a) - P(Real(block_width * b.coordinates(a)));
+        e.at = integers(Tile<N4, width>::index(local(0), local(1), local(2)));
+        e.t = place.t;
+        e.Fe = matrices_of(ps.Fe, group);
+        const Lame<P> k = hardened(models_of(ps, materials, group), ps.Jp.pack(group));
+        e.k = {ps.V0.pack(group) * k.mu, ps.V0.pack(group) * k.lambda};
+    }
+    /// One lane.
     static void fill(Element<Real, kind>& e, int l, const Particles<Real>& ps, Real h, const ParticleBlock& b,
                      std::size_t slot, const std::vector<SnowModel<Real>>& materials) {
         const Place<kind, Real> place(vector_of(ps.x, slot), h);

@@ -27,7 +27,7 @@ template <class Real> struct Grid {
 /// link leads to is not set, and no stencil of the block reads it.
 template <class Value, int stencil_width> struct Tile {
     static constexpr int width = block_width + stencil_width - 1;
-    Value values[width * width * width];
+    Value values[width * width * width + 1];    ///< one more, for four numbers at a time of rows of three.
 
     /// Of node (i, j, k) of the tile; T: int, or a number that holds integers.
     template <class T> static constexpr T index(T i, T j, T k) { return (i * T(width) + j) * T(width) + k; }

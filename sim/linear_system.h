@@ -16,11 +16,8 @@ public:
     System(const Elements<Real, kind>& elements, const Grid<Real>& grid, const std::vector<FixedNode<Real>>& fixed,
            double factor)
         : factor_(factor), fixed_(fixed), m_(grid.size()), D_(grid.size()) {
-        const NodeField<Real> stiffness = elements.diagonal();
-        stiffness.for_each([&](std::ptrdiff_t i) {
-            m_[i] = grid.nodes[i][3];
-            D_[i] = m_[i] + Real(factor) * stiffness.at[i][0];
-        });
+        const Pages<Real> stiffness = elements.diagonal();
+        for (std::size_t i = 0; i < m_.size(); ++i) m_[i] = grid.nodes[i][3], D_[i] = m_[i] + Real(factor) * stiffness[i];
     }
     const Pages<Real>& masses() const { return m_; }                           ///< [kg]
     double dot(const NodeField<Real>& a, const NodeField<Real>& b) const { return weighted_dot(D_, a, b); }

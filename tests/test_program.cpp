@@ -20,7 +20,7 @@ TEST_CASE("Help and version are results, wrong usage is not", "[program]") {
     const Outcome help = run_firn({"--help"});
     CHECK(help.code == 0);
     CHECK(help.err == "");
-    for (const char* command : {"run", "simulate", "render", "check", "compare", "study", "scenes"}) {
+    for (const char* command : {"run", "simulate", "render", "check", "compare", "study", "bench", "scenes"}) {
         CHECK_THAT(help.out, Contains(std::string("  ") + command + " "));
         const Outcome own = run_firn({command, "--help"});
         CHECK(own.code == 0);
@@ -50,6 +50,8 @@ TEST_CASE("Help and version are results, wrong usage is not", "[program]") {
                                                       {"compare", "a"},
                                                       {"compare", "a", "b", "--tolerance", "-1"},
                                                       {"scenes", "no_such"},
+                                                      {"bench", "--rounds", "0"},
+                                                      {"bench", "--particles", "1000", "--rounds", "1", "--yardstick", "true"},
                                                       {"simulate", "a", "--video", "a.mp4"}};
     for (const auto& arguments : wrong) {
         const Outcome outcome = run_firn(arguments);
@@ -58,6 +60,20 @@ TEST_CASE("Help and version are results, wrong usage is not", "[program]") {
         CHECK(outcome.out == "");
         CHECK(outcome.err != "");
     }
+}
+
+TEST_CASE("bench measures every case, and compares with another program", "[program]") {
+    const TempFolder folder;
+    firn::write_file(folder / "yardstick", {"#!/bin/sh\necho 'plain: 1e3 particles, 500 ns per particle-step (1 thread)'\n"});
+    REQUIRE(::chmod((folder / "yardstick").c_str(), 0700) == 0);
+    const Outcome bench = run_firn({"bench", "--particles", "2000", "--rounds", "1", "--threads", "2", "--yardstick",
+                                    folder / "yardstick"});
+    CHECK(bench.code == 0);
+    CHECK(bench.err == "");
+    for (const char* name : {"explicit, quadratic", "explicit, cubic", "APIC", "double", "semi-implicit, cubic", "8 balls", "× yardstick",
+                             "the yardstick: 500 ns", "APIC / FLIP"})
+        CHECK_THAT(bench.out, Contains(name));
+    CHECK_THAT(bench.out, !Contains("nan") && !Contains("inf"));
 }
 
 TEST_CASE("The scenes that come with the program are listed and printed as they are", "[program]") {
