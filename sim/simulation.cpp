@@ -26,11 +26,11 @@ std::unique_ptr<Simulation> make_simulation(const Setup& setup, ParticleSet&& st
 std::size_t bytes_per_particle(const Solver& s) {
     const std::size_t real = s.precision == Precision::single ? 4 : 8;
     std::size_t numbers = 3 + 3 + 9 + 1 + 6 + 1 + 1;                       // x v Fe Jp tau m V0
-    numbers += 9;                                                          // the largest field, while it is sorted
     if (s.transfer == Transfer::apic) numbers += 9;                        // C
-    if (s.integrator != Integrator::explicit_euler)                        // weights, F_E, k; F R K k or U W A even odd
-        numbers += 6 * (s.weights == Weights::cubic ? 4 : 3) + 9 + 2 + 33;
-    return numbers * real + 1 + 4 + 4;                                     // material, id, order
+    if (s.integrator != Integrator::explicit_euler) numbers += 3 + 1 + 9 + 2;   // an element's t, at, F_E, k
+    if (s.integrator == Integrator::semi_implicit) numbers += 15;          // KirchhoffDifferential
+    if (s.integrator == Integrator::newton) numbers += 33;                 // ProjectedDifferential
+    return numbers * real * 26 / 25 + 1 + 4;                               // groups that are not full; material, id
 }
 
 std::size_t bytes_per_node(const Solver& s) {
