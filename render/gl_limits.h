@@ -5,14 +5,14 @@ namespace firn {
 
 /// What an OpenGL 3.3 can do at most; GL_MAX_… of the same name.
 struct GLLimits {
-    int texture_size = 0;             ///< [texels], the smaller of that and the viewport's.
-    int texture_3d_size = 0;          ///< [texels]
+    int texture_size = 0;     ///< [texels], the smaller of that and the viewport's.
+    int texture_3d_size = 0;  ///< [texels]
     int texture_units = 0, vertex_texture_units = 0, combined_texture_units = 0;
     int colour_attachments = 0, dual_source_draw_buffers = 0;
     int vertex_uniforms = 0, fragment_uniforms = 0;  ///< [components]
-    int varyings = 0;                 ///< [components]
+    int varyings = 0;                                ///< [components]
     int vertex_attributes = 0;
-    float point_size = 0;             ///< [samples]
+    float point_size = 0;  ///< [samples]
 };
 
 /// Of the context that is current.

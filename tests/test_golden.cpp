@@ -79,14 +79,17 @@ std::vector<GoldenPicture> golden_pictures() {
     const std::vector<Solid> log = {solid_of(Plane{}),
                                     solid_of(Capsule{{0.06, 0.02, -0.6}, {0.06, 0.02, 0.6}, 0.06})};
     const Camera at_log{{0.45, 0.5, 1.6}, {0.08, 0.14, 0}, 36};
-    const State flying = ball_at({0.2, 0.5, 0}), at_the_wall = burst(ball_at({0.74, 0.3, 0}), {0.9, 0.3, 0}, 0.12),
-                falling = ball_at({0, 0.5, 0}), fallen = burst(ball_at({0.05, 0.16, 0}), {0.06, 0.05, 0}, 0.09);
+    const State flying = ball_at({0.2, 0.5, 0}),
+                at_the_wall = burst(ball_at({0.74, 0.3, 0}), {0.9, 0.3, 0}, 0.12),
+                falling = ball_at({0, 0.5, 0}),
+                fallen = burst(ball_at({0.05, 0.16, 0}), {0.06, 0.05, 0}, 0.09);
     std::vector<GoldenPicture> all = {{"wall_start", golden_picture(), flying, wall, at_wall},
                                       {"wall_later", golden_picture(), at_the_wall, wall, at_wall},
                                       {"drop_start", golden_picture(), falling, log, at_log},
                                       {"drop_later", golden_picture(), fallen, log, at_log},
                                       {"drop_draft", golden_picture(Quality::draft), fallen, log, at_log}};
-    GoldenPicture coloured{"compression_slice", golden_picture(Quality::preview), falling, {solid_of(Plane{})}, at_log};
+    GoldenPicture coloured{
+        "compression_slice", golden_picture(Quality::preview), falling, {solid_of(Plane{})}, at_log};
     coloured.picture.colour = Colour::compression;
     coloured.picture.slice = Plane{{0, 0, 0.02}, {0, 0, 1}};
     for (std::size_t p = 0; p < falling.x.size(); p += 3) coloured.value.push_back(4 * falling.x[p] + 0.5f);
@@ -96,12 +99,16 @@ std::vector<GoldenPicture> golden_pictures() {
     for (std::size_t p = 0; p < fallen.v.size(); p += 3)
         speed.value.push_back(std::min(1.0f, std::hypot(fallen.v[p], fallen.v[p + 1], fallen.v[p + 2]) / 3));
     all.push_back(speed);
-    GoldenPicture looks{"looks", golden_picture(), ball_at({-0.1, 0.15, 0.3}), {solid_of(Plane{}, Look::tiles)},
+    GoldenPicture looks{"looks",
+                        golden_picture(),
+                        ball_at({-0.1, 0.15, 0.3}),
+                        {solid_of(Plane{}, Look::tiles)},
                         {{0, 0.8, 2.2}, {0, 0.25, 0}, 38}};
     looks.picture.sun_azimuth = 60, looks.picture.sun_elevation = 15;
     const Look row[] = {Look::ice, Look::soil, Look::wood, Look::concrete, Look::metal, Look::glass};
     for (int i = 0; i < 6; ++i)
-        looks.solids.push_back(solid_of(Box{{0.32 * i - 0.8, 0.2, 0.1 * (i % 2)}, {0.26, 0.4, 0.26}}, row[i]));
+        looks.solids.push_back(
+            solid_of(Box{{0.32 * i - 0.8, 0.2, 0.1 * (i % 2)}, {0.26, 0.4, 0.26}}, row[i]));
     all.push_back(looks);
     return all;
 }
@@ -112,7 +119,8 @@ Image drawn(Renderer& renderer, const GoldenPicture& g) {
 
 void write_png(const fs::path& path, const Image& image) {
     const auto bytes = encode_png(image, {});
-    std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+    std::ofstream(path, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
 }
 
 fs::path golden_file(const std::string& name) {
@@ -138,7 +146,8 @@ TEST_CASE("pictures look like the golden ones", "[renderer][golden]") {
         write_png(folder / (golden.name + "-expected.png"), expected);
         write_png(folder / (golden.name + "-difference.png"), heat_map(actual, expected, 0.2));
         FAIL_CHECK(golden.name << ": mean FLIP " << flip << " to the golden picture, more than " << allowed
-                               << "; see " << (folder / golden.name).string() << "-{actual,expected,difference}.png");
+                               << "; see " << (folder / golden.name).string()
+                               << "-{actual,expected,difference}.png");
     }
 }
 
