@@ -45,6 +45,14 @@ static void check(ReadScene& read, Problems& problems) {
     if (read.given("camera.eye") && read.given("camera.target") &&
         read.scene.camera->eye == read.scene.camera->target)
         problems.add(read.place("camera"), "camera", "eye and target are the same point");
+    const Picture& picture = read.scene.picture;
+    const int longest = longest_picture(picture.quality);
+    for (const auto& [path, pixels] : {std::pair("picture.width", picture.width), {"picture.height", picture.height}})
+        if (pixels > longest)
+            problems.add(read.place(path), path,
+                         fmt::format("{} pixels are too many for quality: final, which draws four samples for each: "
+                                     "at most {}, or 16384 with quality: preview",
+                                     pixels, longest));
 }
 
 static ReadScene read_and_check(const Yaml& root, Problems& problems) {

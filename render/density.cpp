@@ -173,9 +173,12 @@ Density density_of(const ParticleView& particles, std::size_t max_cells) {
     Box3f box = bounds_of(particles);
     const Box3f inner =
         quantiles_of(particles, 0.002);  // a few particles in the air shall not cost light for all of it
-    const double cells = cells_of(box, cell).prod();
-    if (cells > static_cast<double>(max_cells) || cells_of(inner, cell).prod() < 0.75 * cells) box = inner;
-    while (cells_of(box, cell).prod() > static_cast<double>(max_cells)) cell *= 2;
+    const auto too_large = [&] {
+        const Eigen::Vector3d cells = cells_of(box, cell);
+        return cells.prod() > static_cast<double>(max_cells) || cells.maxCoeff() > longest_edge;
+    };
+    if (too_large() || cells_of(inner, cell).prod() < 0.75 * cells_of(box, cell).prod()) box = inner;
+    while (too_large()) cell *= 2;
 
     density.cell = static_cast<float>(cell);
     density.origin = (((box.lower.cast<double>() / cell).array().floor() - padding) * cell).cast<float>();

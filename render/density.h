@@ -35,8 +35,11 @@ inline bool drawable(const float* x) {
     return std::abs(x[0]) < far_away && std::abs(x[1]) < far_away && std::abs(x[2]) < far_away;
 }
 
+/// Cells along an edge at most: what every OpenGL 3.3 of the last fifteen years takes in a 3D texture.
+inline constexpr int longest_edge = 2048;
+
 /// The grid lies at multiples of the cell, so that it does not swim from frame to frame. Far single particles
-/// are left outside where they would cost more than `max_cells`; then cells grow, by factors of two.
+/// are left outside where they would cost more than `max_cells`, or more than the longest edge; then cells grow, by factors of two.
 Density density_of(const ParticleView&, std::size_t max_cells);
 
 /// 1 where all of the 3×3×3 cells around have at least that value; nothing lies outside.

@@ -3,6 +3,8 @@
 #include "render/renderer.h"
 #include "render/shaders.h"
 
+#include <regex>
+
 namespace firn {
 
 void delete_buffer(GLuint id) { glDeleteBuffers(1, &id); }
@@ -28,22 +30,47 @@ std::string error_name(GLenum code) {
     }
 }
 
+std::string framebuffer_error(GLenum status) {
+    switch (status) {
+        case GL_FRAMEBUFFER_UNSUPPORTED: return "GL_FRAMEBUFFER_UNSUPPORTED";
+        case GL_FRAMEBUFFER_INCOMPLETE_ATTACHMENT: return "GL_FRAMEBUFFER_INCOMPLETE_ATTACHMENT";
+        default: return "framebuffer status " + std::to_string(status);
+    }
+}
+
 std::string joined_names(const std::vector<std::string>& files) {
     std::string names;
     for (const std::string& file : files) names += (names.empty() ? "" : " + ") + file;
     return names;
 }
 
-/// Messages of the compiler count lines from 1 in every file, and files from 0, which is common.glsl.
+constexpr unsigned lines_per_file = 10000;
+
+/// Messages begin with a file, which Mesa always takes for 0, and a line: 0:20023(4) or 0(20023). With the file's
+/// name, and the line in it, instead.
+std::string with_names(const std::string& log, const std::vector<std::string>& files) {
+    static const std::regex place(R"((^|\n)(ERROR: |WARNING: )?\d+[:(](\d{1,6}))");
+    std::string named;
+    auto rest = log.begin();
+    for (std::sregex_iterator match(log.begin(), log.end(), place), end; match != end; ++match) {
+        const unsigned long line = std::stoul((*match)[3].str()), file = line / lines_per_file;
+        named.append(rest, (*match)[1].second);
+        named += (file == 0 || file > files.size() ? "common.glsl" : files[file - 1]) + ":" +
+                 std::to_string(line % lines_per_file);
+        rest = (*match)[3].second;
+    }
+    return named.append(rest, log.end());
+}
+
 Shader compile(GLenum stage, const std::vector<std::string>& files,
                const std::map<std::string, int>& constants) {
     const auto sources = shader_sources();
     std::string text = "#version 330 core\n";
     for (const auto& [name, value] : constants)
         text += "const int " + name + " = " + std::to_string(value) + ";\n";
-    text += "#line 1 0\n" + sources.at("common.glsl");
+    text += "#line 1\n" + sources.at("common.glsl");
     for (std::size_t i = 0; i < files.size(); ++i)
-        text += "\n#line 1 " + std::to_string(i + 1) + "\n" + sources.at(files[i]);
+        text += "\n#line " + std::to_string(lines_per_file * (i + 1) + 1) + "\n" + sources.at(files[i]);
     Shader shader(glCreateShader(stage));
     const char* pointer = text.c_str();
     glShaderSource(shader.id(), 1, &pointer, nullptr);
@@ -53,7 +80,8 @@ Shader compile(GLenum stage, const std::vector<std::string>& files,
     if (!good) {
         char log[4096] = "";
         glGetShaderInfoLog(shader.id(), sizeof log, nullptr, log);
-        throw GLError("shader common.glsl + " + joined_names(files) + " does not compile:\n" + log);
+        throw GLError("shader common.glsl + " + joined_names(files) + " does not compile:\n" +
+                      with_names(log, files));
     }
     return shader;
 }
@@ -183,7 +211,7 @@ Texture make_strip_texture(int size, const std::uint8_t* texels) {
     return texture;
 }
 
-Framebuffer make_framebuffer(std::initializer_list<const Texture*> colours, const Texture* depth,
+Framebuffer make_framebuffer(const std::string& name, std::initializer_list<const Texture*> colours, const Texture* depth,
                              GLenum depth_attachment) {
     GLuint id = 0;
     glGenFramebuffers(1, &id);
@@ -198,8 +226,7 @@ Framebuffer make_framebuffer(std::initializer_list<const Texture*> colours, cons
     if (depth) glFramebufferTexture2D(GL_FRAMEBUFFER, depth_attachment, GL_TEXTURE_2D, depth->id(), 0);
     glDrawBuffers(count, targets);
     if (const GLenum status = glCheckFramebufferStatus(GL_FRAMEBUFFER); status != GL_FRAMEBUFFER_COMPLETE)
-        throw GLError("a framebuffer of " + std::to_string(count) + " colours is not complete (status " +
-                      std::to_string(status) + ")");
+        throw GLError("this OpenGL cannot draw into " + name + ": " + framebuffer_error(status));
     return framebuffer;
 }
 

@@ -69,8 +69,8 @@ Texture make_volume_texture();
 Texture make_tile_texture(int size, const std::uint8_t* texels);
 /// RGBA, 8 bits a channel, one row; linear, clamped.
 Texture make_strip_texture(int size, const std::uint8_t* texels);
-/// Throws GLError where the combination is not complete.
-Framebuffer make_framebuffer(std::initializer_list<const Texture*> colours, const Texture* depth = nullptr,
+/// Throws GLError with the name, which tells the formats, where the combination cannot be drawn into.
+Framebuffer make_framebuffer(const std::string& name, std::initializer_list<const Texture*> colours, const Texture* depth = nullptr,
                              GLenum depth_attachment = GL_DEPTH_ATTACHMENT);
 void bind_texture(int unit, GLenum target, const Texture&);
 

@@ -10,9 +10,12 @@ enum class Quality { draft, preview, final };
 /// What the snow's colour shows.
 enum class Colour { snow, speed, density, compression, stress, body, particle_id };
 
+/// [pixels] of the longest edge, so that no buffer has more than 16384 samples along one: most OpenGLs end there.
+constexpr int longest_picture(Quality quality) { return quality == Quality::final ? 8192 : 16384; }
+
 /// What a picture is to be: size, light, effort, and what it shows.
 struct Picture {
-    int width = 1280, height = 720;    ///< [pixels], 1 to 16384 each.
+    int width = 1280, height = 720;    ///< [pixels], 1 to longest_picture each.
     Quality quality = Quality::final;  ///< samples: draft one for 2×2 pixels, preview 1, final 2×2 for each.
     double sun_azimuth = 180;          ///< [degrees] from +x towards +z: where the light comes from.
     double sun_elevation = 32;         ///< [degrees] above the horizon.

@@ -1,6 +1,7 @@
 #include "render/renderer.h"
 
 #include "render/colour_map.h"
+#include "render/gl_limits.h"
 #include "render/passes.h"
 
 #include <algorithm>
@@ -66,14 +67,12 @@ Image Renderer::draw(const ParticleView& particles, const std::vector<Solid>& so
 }
 
 Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort_of(wanted.quality)) {
-    GLint texture_limit = 0, viewport_limit[2] = {0, 0};
-    GLfloat point_range[2] = {1, 1};
-    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &texture_limit);
-    glGetIntegerv(GL_MAX_VIEWPORT_DIMS, viewport_limit);
-    glGetFloatv(GL_POINT_SIZE_RANGE, point_range);
-    max_point_size = point_range[1];
+    const GLLimits limits = gl_limits();
+    if (const std::string missing = missing_in(limits); !missing.empty())
+        throw GLError("this OpenGL (" + context.description() + ") can do too little:" + missing);
+    max_point_size = limits.point_size;
 
-    const int limit = std::min({texture_limit, viewport_limit[0], viewport_limit[1]});
+    const int limit = limits.texture_size;
     const Eigen::Vector2i inner = samples_of(picture, effort.edge, 0);
     const int largest = std::max({inner.x(), inner.y(), picture.width, picture.height});
     if (std::min(picture.width, picture.height) < 1 || largest > limit)
@@ -87,16 +86,16 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
     shadow_all = make_shadow_texture(effort.shadow_size);
     shadow_bodies = make_shadow_texture(effort.shadow_size / 2);
     spray_shadow = make_texture_2d(GL_R16F, effort.shadow_size / 2, effort.shadow_size / 2, GL_LINEAR);
-    spray_shadow_target = make_framebuffer({&spray_shadow}, &shadow_bodies);
+    spray_shadow_target = make_framebuffer("the shadow of spray (R16F, depth 32F)", {&spray_shadow}, &shadow_bodies);
     for (int i = 0; i < 2; ++i) {
         shadow_blocks[i] =
             make_texture_2d(GL_RGBA32F, i ? bounds_across : blocks_across, i ? bounds_across : blocks_across);
-        shadow_blocks_target[i] = make_framebuffer({&shadow_blocks[i]});
+        shadow_blocks_target[i] = make_framebuffer("bounds of the shadow map (RGBA32F)", {&shadow_blocks[i]});
     }
     shadow_bounds = make_texture_2d(GL_RGB10_A2, bounds_across, bounds_across);
-    shadow_bounds_target = make_framebuffer({&shadow_bounds});
-    shadow_all_target = make_framebuffer({}, &shadow_all);
-    shadow_bodies_target = make_framebuffer({}, &shadow_bodies);
+    shadow_bounds_target = make_framebuffer("bounds of the shadow map (RGB10_A2)", {&shadow_bounds});
+    shadow_all_target = make_framebuffer("a shadow map (depth 32F)", {}, &shadow_all);
+    shadow_bodies_target = make_framebuffer("a shadow map (depth 32F)", {}, &shadow_bodies);
 
     depth_buffer = make_depth_stencil_texture(width, height);
     depth = make_texture_2d(GL_R32F, width, height);
@@ -104,21 +103,24 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
     values = make_texture_2d(GL_R16F, width, height);
     palette = make_palette(picture.colour);
     surface_target =
-        make_framebuffer({&depth, &surface, &values}, &depth_buffer, GL_DEPTH_STENCIL_ATTACHMENT);
+        make_framebuffer("surfaces (R32F, RGB10_A2 and R16F, depth 24 stencil 8)", {&depth, &surface, &values}, &depth_buffer,
+                         GL_DEPTH_STENCIL_ATTACHMENT);
     for (int i = 0; i < 3; ++i) {
         smooth_depths[i] = make_texture_2d(GL_R32F, width, height);
-        smooth_target[i] = make_framebuffer({&smooth_depths[i]}, &depth_buffer, GL_DEPTH_STENCIL_ATTACHMENT);
+        smooth_target[i] = make_framebuffer("depth (R32F, depth 24 stencil 8)", {&smooth_depths[i]}, &depth_buffer,
+                                            GL_DEPTH_STENCIL_ATTACHMENT);
     }
     light = make_texture_2d(GL_RGBA16F, width, height);
-    light_target = make_framebuffer({&light}, &depth_buffer, GL_DEPTH_STENCIL_ATTACHMENT);
+    light_target = make_framebuffer("light (RGBA16F, depth 24 stencil 8)", {&light}, &depth_buffer,
+                                    GL_DEPTH_STENCIL_ATTACHMENT);
     blurred = make_texture_2d(GL_RGBA16F, width, height);
-    blurred_target = make_framebuffer({&blurred});
+    blurred_target = make_framebuffer("light (RGBA16F)", {&blurred});
     if (picture.motion_samples > 1) {
         moments = make_texture_2d(GL_RGBA16F, width, height);
-        moments_target = make_framebuffer({&moments});
+        moments_target = make_framebuffer("light (RGBA16F)", {&moments});
     }
     developed = make_texture_2d(GL_RGBA8, picture.width, picture.height);
-    developed_target = make_framebuffer({&developed});
+    developed_target = make_framebuffer("a picture (RGBA8)", {&developed});
     check_gl("set-up");
 }
 

@@ -58,7 +58,7 @@ Cover::Cover(const Density& density)
 /// The face of snow, which has half its density, does not count: one may look along it.
 bool Cover::covers(const Vector3f& x, const Vector3f& direction, float distance, float from_cells) const {
     const Vector3f u = (x - origin) / cell, d = direction;
-    float end = distance / cell;
+    float end = std::min(distance / cell, static_cast<float>(size.sum()));
     for (int a = 0; a < 3; ++a) {
         if (d[a] > 1e-6f) end = std::min(end, (static_cast<float>(size[a]) - u[a]) / d[a]);
         if (d[a] < -1e-6f) end = std::min(end, -u[a] / d[a]);
@@ -82,7 +82,7 @@ bool Cover::covers(const Vector3f& x, const Vector3f& direction, float distance,
 bool is_covered(const Vector3f& splat, const Vector3f& eye, const Cover& cover, float from_cells) {
     const Vector3f way = eye - splat;
     const float distance = way.norm();
-    return distance > 4 * cover.cell &&
+    return distance > 4 * cover.cell && std::isfinite(distance) &&
            cover.covers(splat, way / distance, distance - cover.cell, from_cells);
 }
 

@@ -34,9 +34,10 @@ vec3 shadow_position(vec3 position) {
     return vec3(at.xy, min(at.z, 1.0));
 }
 
-// Turns the taps of a sample. Bound to the place in the shadow map, not in the picture: it rests with the scene.
-vec2 turn_at(vec2 at) {
-    vec2 cell = floor(at * 2.0 * vec2(textureSize(shadow_depths, 0)));
+// Turns the taps of a sample. Bound to the place in the shadow map, not in the picture: it rests with the scene. The
+// places are halves of a texel, or wide enough for two samples across: finer ones would flicker when the camera moves.
+vec2 turn_at(vec2 at, float width) {
+    vec2 cell = floor(at * 2.0 * vec2(textureSize(shadow_depths, 0)) / exp2(ceil(log2(max(4.0 * width / shadow_texel, 1.0)))));
     float angle = 6.2832 * fract(52.9829189 * fract(dot(cell, vec2(0.06711056, 0.00583715))));
     return vec2(cos(angle), sin(angle));
 }
@@ -49,11 +50,11 @@ vec3 bounds_near(vec3 at) {
 const mat2 golden = mat2(-0.7373688, 0.6754903, -0.6754903, -0.7373688);  // a turn by the golden angle: spreads evenly
 
 // Software that draws takes every branch, but leaves a loop as soon as it can: loops of one turn stand for branches.
-float half_shade(vec3 at, float least_radius) {
+float half_shade(vec3 at, float least_radius, float width) {
     const float sun_radius = 0.022;    // tangent of half its angle, with the haze
     float scale = 0.5 * length(shadow_matrix[0].xyz);
     float search = min(max(least_radius, sun_radius * at.z * shadow_span), shadow_reach);
-    vec2 turn = turn_at(at.xy);
+    vec2 turn = turn_at(at.xy, width);
     float gaps = 0.0, blockers = 0.0;
     for (int i = 0; i < 8; ++i) {
         float gap = at.z - texture(shadow_depths, at.xy + scale * search * sqrt((float(i) + 0.5) / 8.0) * turn).r;
@@ -77,7 +78,7 @@ float sun_visibility(vec3 position, float least_radius) {
     vec3 at = shadow_position(position), bounds = bounds_near(at);
     float seen = at.z > bounds.y ? 0.0 : 1.0;
     int unsure = at.z > bounds.x && at.z <= bounds.y ? 1 : 0;
-    for (int once = 0; once < unsure; ++once) seen = half_shade(at, least_radius);
+    for (int once = 0; once < unsure; ++once) seen = half_shade(at, least_radius, dot(position - eye, basis[2]) * sample_tan);
     return seen;
 }
 

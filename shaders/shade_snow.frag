@@ -31,6 +31,22 @@ vec3 normal_of_depth(sampler2D map, ivec2 at, float depth) {
     return basis * normalize(cross(along_y, along_x));
 }
 
+vec3 hash_of(vec3 cell) {
+    vec3 p = fract(cell * vec3(0.1031, 0.1030, 0.0973));
+    p += dot(p, p.yxz + 33.33);
+    return fract((p.xxy + p.yxx) * p.zyx);
+}
+
+// Crystals that mirror the sun: one facet in every cell of space, so that they rest with the snow whatever the camera
+// does. A cell is at least four samples wide; from afar, where a particle has less than three, there are none.
+float glint(vec3 position, vec3 normal, vec3 half_way, float width) {
+    float near = smoothstep(0.35, 0.18, width / spacing);
+    float cell = exp2(ceil(log2(max(4.0 * width, 0.25 * spacing))));
+    vec3 at = position / cell, h = hash_of(floor(at));
+    float mirrored = smoothstep(0.9965, 0.9990, dot(normalize(normal + 1.6 * h - 0.8), half_way));
+    return near * mirrored * smoothstep(0.45, 0.25, length(fract(at) - 0.5));
+}
+
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     float depth = texelFetch(depths, at, 0).r;
@@ -65,5 +81,6 @@ void main() {
         out_light = vec4(pow(own, vec3(2.2)) * mix(0.55, 1.0, smoothstep(0.0, 1.2, shade)), 1.0);
         return;
     }
-    out_light = vec4(seen_through_air(albedo * (sun + around), depth, ray), 1.0);
+    float sparkle = glint(position, normal_of_depth(depths, at, depth), normalize(to_sun - normalize(ray)), depth * sample_tan);
+    out_light = vec4(seen_through_air(albedo * (sun + around) + 5.0 * sparkle * direct * sun_light, depth, ray), 1.0);
 }

@@ -1,8 +1,11 @@
+#include "render/gl.h"
+#include "render/gl_limits.h"
 #include "tests/small_pictures.h"
 
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 
 using namespace firn;
@@ -91,10 +94,13 @@ TEST_CASE("the same particles give the same bytes", "[renderer]") {
 }
 
 TEST_CASE("print the hash of a picture", "[.alone]") {
-    const std::vector<float> particles = ball({0, 0.3, 0}, 0.3);
+    std::vector<float> particles = ball({0, 0.3, 0}, 0.3);
+    for (int i = 0; i < 400; ++i)  // and spray in front of it
+        particles.insert(particles.end(), {0.002f * float(i * 7919 % 400) - 0.4f, 0.0015f * float(i * 104729 % 400), 0.4f});
+    const std::vector<float> velocities(particles.size(), 3.0f);
     Renderer renderer(small_picture(Quality::final));
     std::uint64_t hash = 14695981039346656037u;
-    for (const std::uint8_t byte : renderer.draw({particles, {}, spacing}, ground, front, 0).pixels)
+    for (const std::uint8_t byte : renderer.draw({particles, velocities, spacing}, ground, front, 0).pixels)
         hash = (hash ^ byte) * 1099511628211u;
     std::cout << "hash " << hash << "\n";
 }
@@ -108,7 +114,8 @@ TEST_CASE("the number of threads does not change the bytes", "[renderer]") {
         return out.substr(out.find("hash "), 25);
     };
     const std::string one = hash_with("LP_NUM_THREADS=1 OMP_NUM_THREADS=1");
-    CHECK(hash_with("LP_NUM_THREADS=3 OMP_NUM_THREADS=2") == one);
+    CHECK(hash_with("LP_NUM_THREADS=2 OMP_NUM_THREADS=2") == one);
+    CHECK(hash_with("LP_NUM_THREADS=4 OMP_NUM_THREADS=3") == one);
     CHECK(hash_with("LP_NUM_THREADS=0 OMP_NUM_THREADS=5") == one);
 }
 
@@ -197,6 +204,54 @@ TEST_CASE("a picture that OpenGL cannot draw is refused before work starts", "[r
         picture.width = width, picture.height = height;
         CHECK_THROWS_WITH(Renderer(picture), Catch::Contains("pixels"));
     }
+}
+
+TEST_CASE("an OpenGL that can do too little is refused by the names of what it lacks", "[renderer]") {
+    const GLLimits enough{2048, 2048, 16, 16, 32, 8, 1, 1024, 1024, 60, 16, 63.375f};  // least of any GPU's
+    CHECK(missing_in(enough).empty());
+    GLLimits poor = enough;
+    poor.dual_source_draw_buffers = 0, poor.point_size = 1;
+    CHECK(missing_in(poor) == "\n  GL_MAX_DUAL_SOURCE_DRAW_BUFFERS is 0, and 1 are needed for glass"
+                              "\n  GL_POINT_SIZE_RANGE is 1, and 60 are needed for splats that are near");
+    CHECK_THAT(missing_in({}), Catch::Contains("GL_MAX_3D_TEXTURE_SIZE") && Catch::Contains("GL_MAX_VERTEX_ATTRIBS"));
+    if (const auto renderer = renderer_for(small_picture())) CHECK(missing_in(gl_limits()).empty());
+}
+
+TEST_CASE("a shader that does not compile shows its file, the line and what is wrong", "[renderer]") {
+    const auto renderer = renderer_for(small_picture());  // opens the context
+    if (!renderer) return;
+    // `enlarged` is a constant that the program must be given.
+    std::ifstream file(FIRN_SOURCE_DIR "/shaders/resolve.frag");
+    int number = 1, wrong = 0;
+    for (std::string line; std::getline(file, line); ++number)
+        if (wrong == 0 && line.find("enlarged ==") != std::string::npos) wrong = number;
+    REQUIRE(wrong > 0);
+    CHECK_THROWS_WITH(Program({"full_screen.vert"}, {"resolve.frag"}),
+                      Catch::Contains("common.glsl + resolve.frag does not compile") &&
+                          Catch::Contains("\nresolve.frag:" + std::to_string(wrong)) &&
+                          Catch::Contains("enlarged"));
+    CHECK_THROWS_WITH(Program({"full_screen.vert"}, {"full_screen.vert", "add_moment.frag"}), Catch::Contains("full_screen.vert"));
+}
+
+TEST_CASE("particles far apart and far from the camera are drawn or left out, and cost no more", "[renderer]") {
+    const auto renderer = renderer_for(small_picture());
+    if (!renderer) return;
+    const Image empty = renderer->draw({}, ground, front, 0);
+    for (const float far_away : {1e3f, 9e4f, 1e6f, 3e37f}) {
+        CAPTURE(far_away);
+        const std::vector<float> two = {-far_away, 0.3f, 0, far_away, 0.3f, 0};
+        CHECK(renderer->draw({two, {}, spacing}, {}, front, 0).pixels.size() == empty.pixels.size());
+        std::vector<float> particles = ball({0, 0.3, 0}, 0.2);
+        const Image alone = renderer->draw({particles, {}, spacing}, ground, front, 0);
+        particles.insert(particles.end(), two.begin(), two.end());
+        CHECK(difference_of(renderer->draw({particles, {}, spacing}, ground, front, 0), alone).pixels < 10);
+        const Camera afar{{0, 0.6, far_away}, {0, 0.3, 0}, 40};
+        CHECK(renderer->draw({particles, {}, spacing}, ground, afar, 0).pixels.size() == empty.pixels.size());
+    }
+    // A thread of snow is far longer than it is wide.
+    std::vector<float> thread;
+    for (int i = 0; i < 20000; ++i) thread.insert(thread.end(), {0.01f * float(i) - 100, 0.3f, 0});
+    CHECK(difference_of(renderer->draw({thread, {}, 0.01f}, ground, front, 0), empty).pixels > 100);
 }
 
 TEST_CASE("open OpenGL and print what went wrong", "[.alone]") {

@@ -108,6 +108,16 @@ TEST_CASE("Each key keeps to its physical range", "[scene]") {
     });
 }
 
+TEST_CASE("A picture that no buffer holds is refused where its size stands", "[scene]") {
+    check_refused({
+        {rest + "picture:\n  width: 8193\n", "4:10", {"picture.width: 8193 pixels", "at most 8192", "quality: preview"}},
+        {rest + "picture: {height: 16384, quality: final}\n", "3:19", {"picture.height: 16384 pixels"}},
+        {rest + "picture: {height: 16385, quality: preview}\n", "3:19", {"out of range"}},
+    });
+    CHECK(refusal(rest + "picture: {width: 8192}\n").empty());
+    CHECK(refusal(rest + "picture: {width: 16384, height: 16384, quality: preview}\n").empty());
+}
+
 TEST_CASE("Vectors, texts and words are told what they must be", "[scene]") {
     check_refused({
         {rest + "gravity: [0, -9.81]\n",
