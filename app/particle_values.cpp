@@ -34,8 +34,7 @@ static std::vector<std::size_t> bodies_of(std::size_t count, const std::vector<s
 }
 
 static double von_mises(const Mat3d& Fe, double Jp, const Snow& snow) {
-    const auto e = elastic<double>(Fe);
-    const Mat3d sigma = stress(e, hardened(model(snow), Jp)) * Fe.transpose() / e.J;
+    const Mat3d sigma = kirchhoff_stress(left_strain(Fe), hardened(model(snow), Jp)).matrix() / determinant(Fe);
     const Mat3d deviator = sigma - sigma.trace() / 3 * Mat3d::Identity();
     return std::sqrt(1.5) * deviator.norm();
 }

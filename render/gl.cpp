@@ -163,35 +163,31 @@ Texture make_shadow_texture(int size) {
     return texture;
 }
 
+static Sampler make_reader(GLint minify, GLint magnify) {
+    GLuint id = 0;
+    glGenSamplers(1, &id);
+    glSamplerParameteri(id, GL_TEXTURE_MIN_FILTER, minify);
+    glSamplerParameteri(id, GL_TEXTURE_MAG_FILTER, magnify);
+    return Sampler(id);
+}
+
+static Sampler make_clamped_reader(GLint filter) {
+    Sampler sampler = make_reader(filter, filter);
+    glSamplerParameteri(sampler.id(), GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glSamplerParameteri(sampler.id(), GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    return sampler;
+}
+
 Sampler make_depth_reader(int unit) {
-    GLuint id = 0;
-    glGenSamplers(1, &id);
-    glSamplerParameteri(id, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    glSamplerParameteri(id, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-    glSamplerParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glSamplerParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    glSamplerParameteri(id, GL_TEXTURE_COMPARE_MODE, GL_NONE);
-    glBindSampler(static_cast<GLuint>(unit), id);
-    return Sampler(id);
+    Sampler sampler = make_clamped_reader(GL_NEAREST);
+    glSamplerParameteri(sampler.id(), GL_TEXTURE_COMPARE_MODE, GL_NONE);
+    glBindSampler(static_cast<GLuint>(unit), sampler.id());
+    return sampler;
 }
 
-Sampler make_mipmap_reader() {
-    GLuint id = 0;
-    glGenSamplers(1, &id);
-    glSamplerParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
-    glSamplerParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    return Sampler(id);
-}
+Sampler make_mipmap_reader() { return make_reader(GL_LINEAR_MIPMAP_NEAREST, GL_LINEAR); }
 
-Sampler make_linear_reader() {
-    GLuint id = 0;
-    glGenSamplers(1, &id);
-    glSamplerParameteri(id, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-    glSamplerParameteri(id, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    glSamplerParameteri(id, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glSamplerParameteri(id, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    return Sampler(id);
-}
+Sampler make_linear_reader() { return make_clamped_reader(GL_LINEAR); }
 
 Texture make_volume_texture() { return make_texture(GL_TEXTURE_3D, GL_LINEAR, GL_CLAMP_TO_EDGE); }
 

@@ -3,7 +3,6 @@
 #include "sim/grid.h"
 #include "sim/particles.h"
 
-#include <optional>
 #include <utility>
 
 namespace firn {

@@ -238,9 +238,7 @@ private:
     static void fill(Element<Real, kind>& e, const Particles<Real>& ps, Real h, const ParticleBlock& b, std::uint32_t group,
                      const std::vector<SnowModel<Real>>& materials) {
         const Place<kind, P> place(vectors_of(ps.x, group), P(h));
-        Vec3<P> local;
-        for (int a = 0; a < 3; ++a) local(a) = place.base(a) - P(Real(block_width * b.coordinates(a)));
-        e.at = integers(Tile<N4, width>::index(local(0), local(1), local(2)));
+        e.at = tile_corners<Real, kind>(place, b);
         e.t = place.t;
         e.Fe = matrices_of(ps.Fe, group);
         const Lame<P> k = hardened(models_of(ps, materials, group), ps.Jp.pack(group));
@@ -254,7 +252,7 @@ private:
         e.at[l] = Tile<N4, width>::index(at(0), at(1), at(2));
         for (int a = 0; a < 3; ++a) e.t(a).lanes[l] = place.t(a);
         for (int i = 0; i < 9; ++i) e.Fe(i).lanes[l] = ps.Fe.at(slot, i);
-        const Lame<Real> k = hardened(materials[ps.several_materials ? ps.material[slot] : 0], ps.Jp.at(slot));
+        const Lame<Real> k = hardened(materials[ps.material_of(slot)], ps.Jp.at(slot));
         e.k.mu.lanes[l] = ps.V0.at(slot) * k.mu, e.k.lambda.lanes[l] = ps.V0.at(slot) * k.lambda;
     }
 

@@ -66,7 +66,7 @@ void scatter_blocks(const Blocks& blocks, Pages<Value>& nodes, F&& scatter) {
     }
 }
 
-/// Nodes and how they differ from the next one along z: with Σ_k w_k = 1, a sum Σ_k w_k N_k is N₀ + Σ_k W_k (N_k − N_{k−1})
+/// Nodes and how they differ from the one before along z: with Σ_k w_k = 1, a sum Σ_k w_k N_k is N₀ + Σ_k W_k (N_k − N_{k−1})
 /// with W_k = w_k + w_{k+1} + …, which takes one product less, two with a derivative's; what moves alike has no slope to
 /// the bit.
 template <class Value, int stencil_width> struct SlopedTile {

@@ -35,7 +35,7 @@ Method<Real, kind, transfer>::Method(const Setup& setup, ParticleSet&& start) : 
     ps_.affine = transfer == Transfer::apic, ps_.several_materials = setup_.materials.size() > 1;
     ps_.resize(arrangement.groups);
     const auto take = [&](auto& values, auto&& put) {               // and give their memory back
-        for (std::size_t p = 0; p < n_; ++p) put(slots[p], values[p], p);
+        for (std::size_t p = 0; p < n_; ++p) put(slots[p], values[p]);
         std::decay_t<decltype(values)>().swap(values);
     };
     for (std::size_t p = 0; p < n_; ++p) {
@@ -46,11 +46,11 @@ Method<Real, kind, transfer>::Method(const Setup& setup, ParticleSet&& start) : 
         if (ps_.several_materials) ps_.material[slots[p]] = start.material[p];
         extremes_.speed = std::max(extremes_.speed, start.v[p].norm());
     }
-    take(start.Fe, [&](std::size_t slot, const Mat3d& F, std::size_t) { for (int k = 0; k < 9; ++k) ps_.Fe.at(slot, k) = Real(F(k)); });
-    take(start.x, [&](std::size_t slot, const Vec3d& x, std::size_t) { for (int a = 0; a < 3; ++a) ps_.x.at(slot, a) = Real(x(a)); });
-    take(start.v, [&](std::size_t slot, const Vec3d& v, std::size_t) { for (int a = 0; a < 3; ++a) ps_.v.at(slot, a) = Real(v(a)); });
-    take(start.m, [&](std::size_t slot, double m, std::size_t) { ps_.m.at(slot) = Real(m); });
-    take(start.Jp, [&](std::size_t slot, double Jp, std::size_t) { ps_.Jp.at(slot) = Real(Jp); });
+    take(start.Fe, [&](std::size_t slot, const Mat3d& F) { for (int k = 0; k < 9; ++k) ps_.Fe.at(slot, k) = Real(F(k)); });
+    take(start.x, [&](std::size_t slot, const Vec3d& x) { for (int a = 0; a < 3; ++a) ps_.x.at(slot, a) = Real(x(a)); });
+    take(start.v, [&](std::size_t slot, const Vec3d& v) { for (int a = 0; a < 3; ++a) ps_.v.at(slot, a) = Real(v(a)); });
+    take(start.m, [&](std::size_t slot, double m) { ps_.m.at(slot) = Real(m); });
+    take(start.Jp, [&](std::size_t slot, double Jp) { ps_.Jp.at(slot) = Real(Jp); });
     start = {};
     grid_.blocks.link(std::move(arrangement.blocks), BSpline<kind>::width);
     for (std::size_t g = 0; g < ps_.groups; ++g)
@@ -59,7 +59,7 @@ Method<Real, kind, transfer>::Method(const Setup& setup, ParticleSet&& start) : 
     rasterize_with_forces<kind, transfer>(ps_, grid_);
     set_volumes<kind>(ps_, grid_);                                  //  2  ρ_p = Σ_i m_i w_ip / h³,  V_p⁰ = m_p / ρ_p
     grid_.blocks.for_each_particle([&](std::size_t slot) {
-        const Lame<Real> k = hardened(materials_[ps_.several_materials ? ps_.material[slot] : 0], ps_.Jp.at(slot));
+        const Lame<Real> k = hardened(materials_[ps_.material_of(slot)], ps_.Jp.at(slot));
         const double modulus = k.lambda + 2 * k.mu;
         extremes_.wave = std::max(extremes_.wave, std::sqrt(modulus * ps_.V0.at(slot) / ps_.m.at(slot)));
         stiffness_ += modulus * ps_.V0.at(slot);
@@ -165,7 +165,7 @@ template <class Real, Weights kind, Transfer transfer> Totals Method<Real, kind,
     grid_.blocks.for_each_particle([&](std::size_t slot) {
         const double m = ps_.m.at(slot);
         const Vec3d x = vector_of(ps_.x, slot).template cast<double>(), v = vector_of(ps_.v, slot).template cast<double>();
-        const SnowModel<double> s = model(setup_.materials[ps_.several_materials ? ps_.material[slot] : 0]);
+        const SnowModel<double> s = model(setup_.materials[ps_.material_of(slot)]);
         const Lame<double> k = hardened(s, double(ps_.Jp.at(slot)));
         sum.mass += m;
         sum.momentum += m * v;

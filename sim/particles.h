@@ -15,7 +15,7 @@ public:
     using P = Pack<Real, lanes>;
     static constexpr int components = C;
 
-    /// New groups hold `value` everywhere. Grows by a little more than is asked for, not to twice the size.
+    /// New groups hold `value` everywhere. Takes memory for what is asked for, not for twice as much.
     void resize(std::size_t groups, const std::array<Real, C>& value) {
         std::array<P, C> filled;
         for (int c = 0; c < C; ++c) filled[c] = P(value[c]);
@@ -80,6 +80,8 @@ template <class Real> struct Particles {
     bool affine = false;                    ///< C is kept.
     bool several_materials = false;         ///< `material` is kept.
 
+    /// Index of a particle's Snow.
+    std::size_t material_of(std::size_t slot) const { return several_materials ? material[slot] : 0; }
     /// All slots that are new are empty, and harmless to reckon with.
     void resize(std::size_t count) {
         groups = count;

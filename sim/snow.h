@@ -47,23 +47,7 @@ template <class T> Lame<T> hardened(const SnowModel<T>& s, T Jp) {
     return {s.mu0 * factor, s.lambda0 * factor};
 }
 
-/// What Ψ, P and δP share, once for each F_E.
-template <class T> struct Elastic {
-    Mat3<T> F, R, S, cof;
-    T J;
-};
-
-template <class T> Elastic<T> elastic(const Mat3<T>& Fe) {
-    const Decomposition<T> d = decompose(Fe);
-    return {Fe, d.rotation(), d.V * d.s.asDiagonal() * d.V.transpose(), cofactor(Fe), determinant(Fe)};
-}
-
-/// Ψ = μ ‖F − R‖² + λ/2 (J − 1)²                                                             report, sec. 2
-template <class T> T energy_density(const Elastic<T>& e, const Lame<T>& k) {
-    return k.mu * Mat3<T>(e.F - e.R).squaredNorm() + k.lambda / T(2) * (e.J - T(1)) * (e.J - T(1));
-}
-
-/// The same of singular values:  Ψ = μ Σ (σ_i − 1)² + λ/2 (J − 1)²
+/// Ψ = μ ‖F − R‖² + λ/2 (J − 1)² of singular values:  μ Σ (σ_i − 1)² + λ/2 (J − 1)²              report, sec. 2
 template <class T> T energy_density(const Vec3<T>& s, const Lame<T>& k) {
     const T J = s(0) * s(1) * s(2);
     return k.mu * Vec3<T>(s - Vec3<T>::Ones()).squaredNorm() + k.lambda / T(2) * (J - T(1)) * (J - T(1));
@@ -76,11 +60,6 @@ template <class T> T volume_strain(const Symmetric<T>& Y) { return Y.trace() + Y
 template <class T> T energy_density(const Symmetric<T>& Y, const Lame<T>& k) {
     const T j = volume_strain(Y);
     return k.mu * Y.squared_norm() + k.lambda / T(2) * j * j;
-}
-
-/// P = ∂Ψ/∂F = 2μ (F − R) + λ (J − 1) cof F                                                  report, sec. 2
-template <class T> Mat3<T> stress(const Elastic<T>& e, const Lame<T>& k) {
-    return T(2) * k.mu * (e.F - e.R) + k.lambda * (e.J - T(1)) * e.cof;
 }
 
 /// [ω]ₓ: the matrix whose product with a is ω × a.

@@ -20,6 +20,15 @@ SnowModel<Pack<Real, lanes>> models_of(const Particles<Real>& ps, const std::vec
     return m;
 }
 
+/// Where in the tile of their block the stencils of a group's particles begin.
+template <class Real, Weights kind>
+std::array<int, lanes> tile_corners(const Place<kind, Pack<Real, lanes>>& place, const ParticleBlock& b) {
+    using P = Pack<Real, lanes>;
+    Vec3<P> local;
+    for (int a = 0; a < 3; ++a) local(a) = place.base(a) - P(Real(block_width * b.coordinates(a)));
+    return integers(Tile<int, BSpline<kind>::width>::index(local(0), local(1), local(2)));
+}
+
 /// A group's particles on the nodes of their block: weights, and where in the block's tile their stencils begin. Under
 /// APIC also the first moments m_k = w_k (x_k − x_p)/h, which sum to zero as the derivatives do.
 template <class Real, Weights kind, Transfer transfer> struct Reach : Stencils<Real, kind> {
@@ -51,10 +60,8 @@ template <class Real, Weights kind, Transfer transfer> struct Reach : Stencils<R
     }
 
 private:
-    Reach(const Place<kind, P>& place, const ParticleBlock& b, Real h) : Stencils<Real, kind>(place.t, h) {
-        Vec3<P> local;
-        for (int a = 0; a < 3; ++a) local(a) = place.base(a) - P(Real(block_width * b.coordinates(a)));
-        at = integers(Tile<int, width>::index(local(0), local(1), local(2)));
+    Reach(const Place<kind, P>& place, const ParticleBlock& b, Real h)
+        : Stencils<Real, kind>(place.t, h), at(tile_corners<Real, kind>(place, b)) {
         if constexpr (apic)
             for (int a = 0; a < 3; ++a)
                 for (int k = 0; k < width; ++k) moment[a][k] = (P(Real(k)) - place.t(a)) * this->N[a][k];

@@ -1,10 +1,31 @@
 #pragma once
 #include "sim/snow.h"
 
-// The second derivative of Ψ as section 2 of the report prints it, on 3×3 matrices and as slow as that is. What the
-// program computes in the frame of the world (sim/snow.h) is held against it.
+// Ψ and its derivatives as section 2 of the report prints them, on 3×3 matrices and as slow as that is. What the program
+// computes in the frame of the world (sim/snow.h) is held against them.
 
 namespace firn {
+
+/// What Ψ, P and δP share, once for each F_E.
+template <class T> struct Elastic {
+    Mat3<T> F, R, S, cof;
+    T J;
+};
+
+template <class T> Elastic<T> elastic(const Mat3<T>& Fe) {
+    const Decomposition<T> d = decompose(Fe);
+    return {Fe, d.rotation(), d.V * d.s.asDiagonal() * d.V.transpose(), cofactor(Fe), determinant(Fe)};
+}
+
+/// Ψ = μ ‖F − R‖² + λ/2 (J − 1)²                                                             report, sec. 2
+template <class T> T energy_density(const Elastic<T>& e, const Lame<T>& k) {
+    return k.mu * Mat3<T>(e.F - e.R).squaredNorm() + k.lambda / T(2) * (e.J - T(1)) * (e.J - T(1));
+}
+
+/// P = ∂Ψ/∂F = 2μ (F − R) + λ (J − 1) cof F                                                  report, sec. 2
+template <class T> Mat3<T> stress(const Elastic<T>& e, const Lame<T>& k) {
+    return T(2) * k.mu * (e.F - e.R) + k.lambda * (e.J - T(1)) * e.cof;
+}
 
 /// (tr S · I − S)⁻¹, the inverse of the report's 3×3 system for δR. Its eigenvalues are the pairwise sums of
 /// F's singular values: finite for every F that is not inverted.

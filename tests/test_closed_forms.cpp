@@ -1,4 +1,5 @@
 #include "tests/columns.h"
+#include "tests/report.h"
 
 #include <Eigen/Dense>
 #include <catch2/catch.hpp>

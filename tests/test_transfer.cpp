@@ -1,6 +1,7 @@
 #include "sim/hessian.h"
 #include "sim/step.h"
 #include "tests/random_matrices.h"
+#include "tests/report.h"
 
 #include <catch2/catch.hpp>
 
