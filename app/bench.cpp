@@ -27,6 +27,7 @@ struct Trial {
     int threads;
     double particles;
     int balls = 1;                      // that many parts of it, far from each other
+    bool bed = false;                   // beside nine times as much snow at rest, without gravity
     std::unique_ptr<Simulation> simulation{};
     double bytes = 0;                   // a particle
     std::vector<PhaseSeconds> steps{};
@@ -52,6 +53,13 @@ void set_up(Trial& t) {
     wall.contact = ContactLaw::sticky;
     setup.colliders = {wall};
     ParticleSet start;
+    if (t.bed) {
+        Body bed;
+        const double width = std::cbrt(4 * M_PI / 3 * 9 * 4) * radius;
+        bed.shape = Box{{-2 * radius - width / 2, 0, 0}, {width, width / 4, width}};
+        start.append(sample(bed, 400, setup.h, 2, 0));
+        setup.gravity = {0, 0, 0};
+    }
     for (int n = 0; n < t.balls; ++n) {
         Body b;
         b.shape = Sphere{{-6.0 * radius * (n / 4), 6.0 * radius * (n / 2 % 2), 6.0 * radius * (n % 2)}, r};
@@ -105,6 +113,8 @@ std::vector<Trial> trials(double n, int threads) {
     explicit_step.integrator = Integrator::explicit_euler, explicit_step.weights = Weights::quadratic;
     Solver cubic = explicit_step, apic = explicit_step, twofold = explicit_step, implicit = cubic;
     cubic.weights = implicit.weights = Weights::cubic;
+    Solver resting = explicit_step;
+    resting.rest_speed = 1e-3, resting.rest_time = 1e-9;
     apic.transfer = Transfer::apic, twofold.precision = Precision::twofold;
     implicit.integrator = Integrator::semi_implicit, implicit.tolerance = 1e-9, implicit.max_iterations = 20;
     std::vector<Trial> all;
@@ -120,6 +130,7 @@ std::vector<Trial> trials(double n, int threads) {
     all.push_back({"a fourth of the particles", explicit_step, 1, n / 4});
     all.push_back({"four times the particles", explicit_step, 1, 4 * n});
     all.push_back({"8 balls in 100 times the box", explicit_step, 1, n, 8});
+    all.push_back({"a tenth of it awake", resting, 1, n / 10, 1, true});
     return all;
 }
 
@@ -153,9 +164,9 @@ int bench_command(const BenchOptions& options) {
     };
     const double base = quartile_of(all[0], sum), cubic = quartile_of(find("explicit, cubic"), sum);
     const Trial& implicit = find("semi-implicit, cubic");
-    text += fmt::format("\nAPIC / FLIP {:.2f}; double / float {:.2f}; one iteration of a solve, its share of the setting up "
-                        "included / an explicit step {:.2f}\n", quartile_of(find("APIC"), sum) / base,
-                        quartile_of(find("double"), sum) / base,
+    text += fmt::format("\nAPIC / FLIP {:.2f}; double / float {:.2f}; all awake / a tenth {:.1f}; one iteration of a solve, its "
+                        "share of the setting up included / an explicit step {:.2f}\n", quartile_of(find("APIC"), sum) / base,
+                        quartile_of(find("double"), sum) / base, base / quartile_of(find("a tenth of it awake"), sum),
                         1e9 * quartile(implicit.iteration) / static_cast<double>(implicit.simulation->size()) / cubic);
     if (!yardstick.empty()) text += fmt::format("the yardstick: {:.0f} ns\n", quartile(yardstick));
     print_result(text);

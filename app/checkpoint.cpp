@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 // The file: magic, size of the header (8 bytes, little-endian), header (JSON), compressed state, and the hash
 // of everything before it (32 digits).
-constexpr std::string_view magic = "firn checkpoint 2\n";
+constexpr std::string_view magic = "firn checkpoint 3\n";
 constexpr std::size_t hash_size = 32;
 constexpr int compression_level = 1;
 

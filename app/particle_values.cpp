@@ -12,7 +12,7 @@
 namespace firn {
 
 bool needs_full_state(Colour colour) {
-    return colour == Colour::density || colour == Colour::compression || colour == Colour::stress;
+    return colour == Colour::density || colour == Colour::compression || colour == Colour::stress || colour == Colour::sleeping;
 }
 
 static void require(bool there, const char* what) {
@@ -45,7 +45,9 @@ std::vector<double> particle_values(const PlyParticles& p, const Scene& scene,
     const std::size_t n = p.x.size();
     if (colour == Colour::snow) return {};
     if (colour == Colour::speed) require(p.v.size() == n, "velocities");
-    if (needs_full_state(colour)) require(p.Jp.size() == n, "Jp");
+    const bool sleeps = scene.solver.rest_speed > 0;
+    if (colour == Colour::sleeping && sleeps) require(p.asleep.size() == n, "asleep");
+    if (colour != Colour::sleeping && needs_full_state(colour)) require(p.Jp.size() == n, "Jp");
     if (colour == Colour::density || colour == Colour::stress) require(p.Fe.size() == n, "Fe_00 to Fe_22");
     if (colour == Colour::density) require(p.mass.size() == n && p.volume.size() == n, "mass and volume");
 
@@ -62,6 +64,7 @@ std::vector<double> particle_values(const PlyParticles& p, const Scene& scene,
                 break;
             case Colour::body: values[i] = static_cast<double>(body[i]); break;
             case Colour::particle_id: values[i] = static_cast<double>(i); break;
+            case Colour::sleeping: values[i] = sleeps ? p.asleep[i] : 0; break;
             case Colour::snow: break;
         }
     return values;
@@ -90,6 +93,8 @@ ColourRange colour_range(const std::vector<double>& values, const Picture& pictu
     if (picture.colour == Colour::compression) {
         const double reach = std::min(round_up(std::max({1 - low, high - 1, 1e-3})), 1.0);  // J_P > 0
         range = {1 - reach, 1 + reach};
+    } else if (picture.colour == Colour::sleeping) {
+        range = {0, 1};
     } else if (picture.colour == Colour::body || picture.colour == Colour::particle_id) {
         range = {at(0), std::max(at(1), at(0) + 1)};
     } else if (high > 0) {

@@ -166,14 +166,15 @@ private:
     Encoding encoding_;
 };
 
-// Which column of a particle's row a property goes to: x y z vx vy vz mass volume Jp Fe_00 … Fe_22.
-constexpr std::array<const char*, 18> columns{"x",     "y",     "z",     "vx",    "vy",    "vz",
+// Which column of a particle's row a property goes to: x y z vx vy vz mass volume Jp Fe_00 … Fe_22 asleep.
+constexpr std::array<const char*, 19> columns{"x",     "y",     "z",     "vx",    "vy",    "vz",
                                               "mass",  "volume", "Jp",   "Fe_00", "Fe_01", "Fe_02",
-                                              "Fe_10", "Fe_11", "Fe_12", "Fe_20", "Fe_21", "Fe_22"};
+                                              "Fe_10", "Fe_11", "Fe_12", "Fe_20", "Fe_21", "Fe_22", "asleep"};
 
-struct Row { std::array<double, 18> value{}; };
+struct Row { std::array<double, columns.size()> value{}; };
+using Has = std::array<bool, columns.size()>;
 
-static void append(PlyParticles& all, const Row& row, const std::array<bool, 18>& has) {
+static void append(PlyParticles& all, const Row& row, const Has& has) {
     const auto& a = row.value;
     const auto check = [&](bool good, std::size_t column) {
         if (!good)
@@ -189,18 +190,19 @@ static void append(PlyParticles& all, const Row& row, const std::array<bool, 18>
         Fe << a[9], a[10], a[11], a[12], a[13], a[14], a[15], a[16], a[17];
         all.Fe.push_back(Fe);
     }
+    if (has[18]) all.asleep.push_back(a[18]);
     all.x.emplace_back(a[0], a[1], a[2]);
 }
 
 // A group of columns counts only where all of it is there.
-static void need_all(std::array<bool, 18>& has, std::size_t from, std::size_t to) {
+static void need_all(Has& has, std::size_t from, std::size_t to) {
     const bool all = std::all_of(has.begin() + from, has.begin() + to, [](bool b) { return b; });
     std::fill(has.begin() + from, has.begin() + to, all);
 }
 
 static PlyParticles read_vertices(const Element& element, Values& values) {
     std::vector<std::size_t> target(element.properties.size(), columns.size());
-    std::array<bool, 18> has{};
+    Has has{};
     for (std::size_t i = 0; i < target.size(); ++i) {
         const auto& property = element.properties[i];
         const auto found = std::find(columns.begin(), columns.end(), property.name);

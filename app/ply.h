@@ -19,6 +19,7 @@ struct PlyParticles {
     std::vector<double> volume;  ///< [m³] at the start.
     std::vector<double> Jp;      ///< [1]
     std::vector<Mat3d> Fe;       ///< [1], where all of Fe_00 … Fe_22 are there.
+    std::vector<double> asleep;  ///< 1 asleep, 0 awake.
 };
 
 /// Reads the `vertex` element of any PLY: ascii, binary of either byte order, properties of any type and

@@ -17,6 +17,7 @@ void FrameRecord::add(const StepReport& report, double seconds) {
         residuals = report.residuals;
     simulate_seconds += seconds;
     peak_nodes = std::max(peak_nodes, report.nodes);
+    asleep = report.asleep;
 }
 
 FrameRecord& RunRecord::frame(int number) {
@@ -54,7 +55,8 @@ Json to_json(const FrameRecord& r) {
             {"momentum", list(r.totals.momentum)},
             {"angular_momentum", list(r.totals.angular_momentum)},
             {"mass", r.totals.mass},
-            {"peak_nodes", r.peak_nodes}};
+            {"peak_nodes", r.peak_nodes},
+            {"asleep", r.asleep}};
 }
 
 // Throws for a number that is not whole, which get_to would convert even from outside the range.
@@ -84,6 +86,7 @@ FrameRecord frame_record_from(const Json& json) {
     r.totals.angular_momentum = vector_from(json.at("angular_momentum"));
     json.at("mass").get_to(r.totals.mass);
     read_whole(json.at("peak_nodes"), r.peak_nodes);
+    if (json.contains("asleep")) read_whole(json.at("asleep"), r.asleep);
     return r;
 }
 

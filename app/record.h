@@ -24,6 +24,7 @@ struct FrameRecord {
     double encode_seconds = 0;      ///< of encoding and writing the frame's files.
     Totals totals;
     std::size_t peak_nodes = 0;
+    std::size_t asleep = 0;         ///< particles that rest at the frame's end.
 
     void add(const StepReport&, double seconds);
 };

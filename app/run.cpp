@@ -34,7 +34,7 @@ struct Run {
     std::vector<std::size_t> body_particles = {};
 
     RunFiles files() const {
-        const int columns = options.full_state ? 18 : 6;
+        const int columns = !options.full_state ? 6 : loaded.scene.solver.rest_speed > 0 ? 19 : 18;
         return {range.first, range.last, options.pictures, options.particles ? columns : 0};
     }
     bool in_range(int frame) const { return frame >= range.first && frame <= range.last; }

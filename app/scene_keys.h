@@ -71,7 +71,8 @@ inline constexpr auto choices(Colour) {
                       Choice<Colour>{"compression", Colour::compression},
                       Choice<Colour>{"stress", Colour::stress},
                       Choice<Colour>{"body", Colour::body},
-                      Choice<Colour>{"particle-id", Colour::particle_id}};
+                      Choice<Colour>{"particle-id", Colour::particle_id},
+                      Choice<Colour>{"sleeping", Colour::sleeping}};
 }
 inline constexpr auto choices(Look) {
     return std::array{Choice<Look>{"auto", Look::automatic}, Choice<Look>{"snow", Look::snow},
@@ -152,6 +153,9 @@ template <class V> void describe(V& v, Solver& s) {
     v.key({"linear_solver", "of the implicit integrators; minres survives indefinite systems"}, s.linear_solver);
     v.key({"tolerance", "relative residual of the solve", "", above(0).below(1)}, s.tolerance);
     v.key({"max_iterations", "of a linear solve", "", at_least(1).up_to(10000)}, s.max_iterations);
+    v.key({"rest_speed", "snow that is slower for rest_time sleeps until something moves it; 0: never", "m/s",
+           at_least(0).up_to(1e6)}, s.rest_speed);
+    v.key({"rest_time", "how long snow must be slow before it sleeps", "s", at_least(0).up_to(1e6)}, s.rest_time);
 }
 
 template <class V> void describe(V& v, Snow& s) {

@@ -41,6 +41,7 @@ std::string colour_title(Colour colour) {
         case Colour::stress: return "von Mises stress [Pa]";
         case Colour::body: return "body";
         case Colour::particle_id: return "particle";
+        case Colour::sleeping: return "awake (0), asleep (1)";
         case Colour::snow: break;
     }
     return "";

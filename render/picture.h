@@ -8,7 +8,7 @@ namespace firn {
 enum class Quality { draft, preview, final };
 
 /// What the snow's colour shows.
-enum class Colour { snow, speed, density, compression, stress, body, particle_id };
+enum class Colour { snow, speed, density, compression, stress, body, particle_id, sleeping };
 
 /// [pixels] of the longest edge, so that no buffer has more than 16384 samples along one: most OpenGLs end there.
 constexpr int longest_picture(Quality quality) { return quality == Quality::final ? 8192 : 16384; }

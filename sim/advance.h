@@ -1,22 +1,10 @@
 #pragma once
+#include "sim/rest.h"
 #include "sim/step.h"
 
 namespace firn {
 
-/// Largest values over all particles after a step, which bound the next Δt, and their energy.
-struct Extremes {
-    double speed = 0;       ///< |v_p| [m/s]
-    double wave = 0;        ///< speed of sound √((λ + 2μ) V⁰ / m), hardened [m/s]
-    double strain_rate = 0; ///< ‖∇v_p‖ [1/s]
-    double energy = 0;      ///< Σ ½ m v² + V⁰ Ψ [J]
-    double height = 0;      ///< Σ m g·x [J]: what gravity has given.
-    void include(const Extremes& e) {
-        speed = std::max(speed, e.speed), wave = std::max(wave, e.wave), strain_rate = std::max(strain_rate, e.strain_rate);
-        energy += e.energy, height += e.height;
-    }
-};
-
-/// The same of one block while it is gathered, eight particles at a time: squares, and sums in double.
+/// Extremes of one block while it is gathered, eight particles at a time: squares, and sums in double.
 template <class Real> struct ExtremesOfLanes {
     using P = Pack<Real, lanes>;
     P speed2{0}, wave2{0}, rate2{0};
@@ -37,7 +25,7 @@ template <class Real> struct Motion {
     Vec3<Real> gravity;
     const std::vector<SnowModel<Real>>& materials;
     const std::vector<Collider>& colliders;
-    double t;
+    double t, rest_speed, rest_time;
 };
 
 /// A particle that is nowhere any more.
@@ -74,6 +62,10 @@ Advanced<Real> advance(Particles<Real>& ps, Grid<Real>& grid, const Motion<Real>
     std::vector<Extremes> extremes(blocks.size());
     Advanced<Real> all;
     all.departures.resize(blocks.size());
+    const auto all_blocks = static_cast<std::ptrdiff_t>(blocks.size());
+#pragma omp parallel for schedule(static)
+    for (std::ptrdiff_t n = 0; n < all_blocks; ++n)
+        if (blocks[n].asleep()) extremes[n] = advance_lump(ps.lumps[blocks[n].lump]);
     gather_blocks<BSpline<kind>::width>(grid.blocks, grid.nodes, [&](std::size_t n, const auto& tile) {
         ParticleBlock& b = blocks[n];
         const Vec3<Real> origin = (block_width * b.coordinates).cast<Real>();
@@ -97,10 +89,13 @@ Advanced<Real> advance(Particles<Real>& ps, Grid<Real>& grid, const Motion<Real>
             ps.Jp.pack(g) = r.Jp;
 
             Vec3<P> v = seen.high;
-            if constexpr (transfer == Transfer::apic)
-                store(ps.C, g, Mat3<P>(seen.moment * P(Real(1 / (BSpline<kind>::second_moment * double(h))))));
-            else
-                v += P(motion.flip_blend) * vectors_of(ps.v, g);
+            if constexpr (transfer == Transfer::apic) {
+                const auto slow = v.squaredNorm() < P(Real(motion.rest_speed * motion.rest_speed));
+                const P scale = select(slow, P(0), P(Real(1 / (BSpline<kind>::second_moment * double(h)))));
+                store(ps.C, g, Mat3<P>(seen.moment * scale));
+            } else {
+                v += (motion.rest_speed > 0 ? seen.share : P(motion.flip_blend)) * vectors_of(ps.v, g);
+            }
             if (contact) collide_particles(x, v, count, motion);
             const Vec3<P> x_new = x + P(motion.dt) * v;
             store(ps.v, g, v), store(ps.x, g, x_new);
@@ -135,7 +130,11 @@ Advanced<Real> advance(Particles<Real>& ps, Grid<Real>& grid, const Motion<Real>
         }
         for (std::size_t i = leaving.size(); i-- > 0;) all.departures[n][i].particle = take_out(ps, b, leaving[i]);
         extremes[n] = sum.reduced();
+        b.quiet = extremes[n].speed < motion.rest_speed ? b.quiet + motion.dt : 0;
     });
+    for (std::size_t n = 0; n < blocks.size(); ++n)
+        if (blocks[n].quiet > motion.rest_time && all.departures[n].empty() && !blocks[n].asleep())
+            fall_asleep(ps, blocks[n], extremes[n]);
     for (const Extremes& e : extremes) all.extremes.include(e);
     return all;
 }

@@ -2,6 +2,7 @@
 #include "sim/bspline.h"
 #include "sim/grid.h"
 #include "sim/particles.h"
+#include "sim/rest.h"
 
 #include <utility>
 
@@ -75,6 +76,7 @@ void migrate(Particles<Real>& ps, Blocks& blocks, std::vector<std::vector<Depart
             const std::uint32_t to = map.number_of(d.block);
             if (to == all.size()) all.push_back({.coordinates = d.block});
             ParticleBlock& target = all[to];
+            if (target.asleep()) wake(ps, target);
             if (target.count % lanes == 0) target.groups.push_back(ps.new_group());
             target.bases |= d.base;
             d.slot = target.slot(target.count++);

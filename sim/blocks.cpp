@@ -16,15 +16,35 @@ std::size_t hash(const Vec3i& c) {
 /// The nodes that one block's particles reach in each of the 2×2×2 blocks they may reach: 4 dx + 2 dy + dz.
 using Reach = std::array<NodeSet, 8>;
 
-/// What a stencil reaches from each of the 64 base nodes.
-std::array<Reach, 64> reach_of_bases(int stencil_width) {
-    std::array<Reach, 64> table{};
-    for (int base = 0; base < 64; ++base)
-        for (int i = base >> 4; i < (base >> 4) + stencil_width; ++i)
-            for (int j = (base >> 2) & 3; j < ((base >> 2) & 3) + stencil_width; ++j)
-                for (int k = base & 3; k < (base & 3) + stencil_width; ++k)
-                    table[base][4 * (i >> 2) + 2 * (j >> 2) + (k >> 2)] |= node_bit(i & 3, j & 3, k & 3);
-    return table;
+/// A set of nodes moved by n along an axis whose neighbours are `unit` bits apart: what stays in the block, and what is
+/// in the next one then. `first`: the nodes with 0 along that axis.
+NodeSet moved_within(NodeSet a, int n, int unit, NodeSet first) {
+    NodeSet room = 0;
+    for (int i = 0; i < block_width - n; ++i) room |= first << (unit * i);
+    return (a & room) << (unit * n);
+}
+NodeSet moved_out(NodeSet a, int n, int unit, NodeSet first) {
+    NodeSet leaving = 0;
+    for (int i = block_width - n; i < block_width; ++i) leaving |= first << (unit * i);
+    return (a & leaving) >> (unit * (block_width - n));
+}
+
+/// What stencils reach from base nodes: their union over all moves along the axes.
+Reach reach_of(NodeSet bases, int stencil_width) {
+    constexpr std::array<NodeSet, 3> first{0x000000000000FFFF, 0x000F000F000F000F, 0x1111111111111111};
+    constexpr std::array<int, 3> unit{16, 4, 1};
+    Reach r{};
+    r[0] = bases;
+    for (int axis = 0; axis < 3; ++axis) {
+        const int bit = 4 >> axis;          // of this axis in the index of Reach
+        for (int d = 0; d < 8; ++d) {
+            if ((d & bit) != 0 || r[d] == 0) continue;
+            const NodeSet a = r[d];
+            for (int n = 1; n < stencil_width; ++n)
+                r[d] |= moved_within(a, n, unit[axis], first[axis]), r[d | bit] |= moved_out(a, n, unit[axis], first[axis]);
+        }
+    }
+    return r;
 }
 
 }  // namespace
@@ -69,16 +89,12 @@ void Blocks::link(std::vector<ParticleBlock>&& all, int stencil_width) {
         colours[4 * (c.x() & 1) + 2 * (c.y() & 1) + (c.z() & 1)].push_back(b);
     }
 
-    static const std::array<std::array<Reach, 64>, 2> tables{reach_of_bases(3), reach_of_bases(4)};
-    const std::array<Reach, 64>& table = tables.at(stencil_width - 3);
     std::vector<Reach> reach(count);
     std::vector<std::uint32_t> reached(count + 1, 0);
     const auto blocks = static_cast<std::ptrdiff_t>(count);
 #pragma omp parallel for schedule(static)
     for (std::ptrdiff_t b = 0; b < blocks; ++b) {
-        reach[b] = {};
-        for (NodeSet left = particle_blocks[b].bases; left != 0; left &= left - 1)
-            for (int d = 0; d < 8; ++d) reach[b][d] |= table[std::countr_zero(left)][d];
+        reach[b] = reach_of(particle_blocks[b].bases, stencil_width);
         for (const NodeSet nodes_of : reach[b]) reached[b + 1] += std::popcount(nodes_of);
     }
 

@@ -33,8 +33,11 @@ struct ParticleBlock {
     std::uint32_t count = 0;                ///< its particles.
     std::vector<std::uint32_t> groups{};    ///< of Particles.
     NodeSet bases = 0;                      ///< the base nodes of its particles' stencils.
+    double quiet = 0;                       ///< how long all of them have been slow [s].
+    std::int32_t lump = -1;                 ///< asleep: which of Particles' lumps it is.
     std::uint32_t first_link = 0, last_link = 0;    ///< its nodes, in Blocks::links.
 
+    bool asleep() const { return lump >= 0; }
     std::size_t slot(std::uint32_t n) const { return std::size_t(lanes) * groups[n / lanes] + n % lanes; }
     /// Particles in group g of it.
     int count_in(std::size_t g) const { return static_cast<int>(std::min<std::size_t>(lanes, count - lanes * g)); }

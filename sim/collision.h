@@ -1,6 +1,9 @@
 #pragma once
 #include "sim/settings.h"
 
+#include <algorithm>
+#include <vector>
+
 namespace firn {
 
 /// φ(x, t) [m] and n = ∇φ of a collider that has moved for t seconds.
@@ -9,6 +12,11 @@ inline double signed_distance(const Collider& c, const Vec3d& x, double t) {
 }
 inline Vec3d outward_normal(const Collider& c, const Vec3d& x, double t) {
     return outward_normal(c.shape, x - t * c.velocity);
+}
+/// Whether any collider comes within `radius` of x [m].
+inline bool near(const std::vector<Collider>& colliders, const Vec3d& x, double radius, double t) {
+    return std::any_of(colliders.begin(), colliders.end(),
+                       [&](const Collider& c) { return signed_distance(c, x, t) <= radius; });
 }
 
 /// What contact did to a velocity, and what of it the solve may not change.

@@ -104,7 +104,7 @@ private:
     }
 };
 
-/// All particles as elements, colour after colour, so that nodes are summed in a fixed order and by one thread at
+/// All particles that are awake as elements, colour after colour, so that nodes are summed in a fixed order and by one thread at
 /// a time. What comes apart leaves a particle or two in a block; eight of them are worked on at once all the same.
 template <class Real, Weights kind> class Elements {
 public:
@@ -120,11 +120,12 @@ public:
             for (std::size_t b = 0; b < colour.size();) {
                 Batch batch{elements, 0, {}};
                 do {
+                    if (blocks_.particle_blocks[colour[b]].asleep()) continue;
                     batch.blocks.push_back(&blocks_.particle_blocks[colour[b]]);
                     batch.particles += batch.blocks.back()->count;
                 } while (++b < colour.size() && batch.particles + blocks_.particle_blocks[colour[b]].count <= enough);
                 elements += batch.elements();
-                batches_[c].push_back(std::move(batch));
+                if (!batch.blocks.empty()) batches_[c].push_back(std::move(batch));
             }
         }
         elements_.resize(elements);     // zeroed

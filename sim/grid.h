@@ -6,7 +6,7 @@
 namespace firn {
 
 /// A node. After rasterize:  (m v, m | f, 0).  After the forces:  (v*, m | vⁿ, 0).  For the particles' way back:
-/// (vⁿ⁺¹, m | vⁿ⁺¹ − α vⁿ, 0) with the share α of FLIP, under APIC (vⁿ⁺¹, m | vⁿ⁺¹, 0).
+/// (vⁿ⁺¹, m | vⁿ⁺¹ − α vⁿ, α) with the share α of FLIP, 0 under APIC.
 template <class Real> using Node = Pack<Real, 8>;
 
 /// The nodes under the particles: a flat array, block after block; in a block z runs fastest.
@@ -47,22 +47,14 @@ template <class Value, int stencil_width> struct Tile {
     }
 };
 
-/// Calls scatter(block, tile) for every block with a cleared tile, and adds the tiles up in `nodes`, which
-/// must be cleared. The order of the sums is fixed: colour after colour, and no two blocks of one colour share
-/// a node.
-template <int stencil_width, class Value, class F>
-void scatter_blocks(const Blocks& blocks, Pages<Value>& nodes, F&& scatter) {
+/// Calls add(block) for every block, several at once, which adds to the nodes that the block is linked to. The order of
+/// the sums is fixed: colour after colour, and no two blocks of one colour share a node.
+template <class F> void scatter_blocks(const Blocks& blocks, F&& add) {
 #pragma omp parallel
     for (const std::vector<std::uint32_t>& colour : blocks.colours) {
         const auto count = static_cast<std::ptrdiff_t>(colour.size());
 #pragma omp for schedule(dynamic)
-        for (std::ptrdiff_t c = 0; c < count; ++c) {
-            const ParticleBlock& b = blocks.particle_blocks[colour[c]];
-            Tile<Value, stencil_width> tile;
-            tile.clear(blocks, b);
-            scatter(b, tile);
-            tile.add_to(blocks, b, nodes);
-        }
+        for (std::ptrdiff_t c = 0; c < count; ++c) add(blocks.particle_blocks[colour[c]]);
     }
 }
 
@@ -80,12 +72,13 @@ template <class Value, int stencil_width> struct SlopedTile {
     }
 };
 
-/// Calls gather(number of the block, tile) for every block with its nodes in a sloped tile, several at once.
+/// Calls gather(number of the block, tile) for every block awake with its nodes in a sloped tile, several at once.
 template <int stencil_width, class Value, class F>
 void gather_blocks(const Blocks& blocks, const Pages<Value>& nodes, F&& gather) {
     const auto count = static_cast<std::ptrdiff_t>(blocks.particle_blocks.size());
 #pragma omp parallel for schedule(dynamic)
     for (std::ptrdiff_t b = 0; b < count; ++b) {
+        if (blocks.particle_blocks[b].asleep()) continue;
         SlopedTile<Value, stencil_width> tile;
         tile.load(blocks, blocks.particle_blocks[b], nodes);
         gather(std::size_t(b), tile);

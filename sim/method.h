@@ -63,7 +63,11 @@ template <class Real, Weights kind, Transfer transfer>
 bool Method<Real, kind, transfer>::take_step(double dt, StepReport& report) {
     const Solver& solver = setup_.solver;
     const Vec3<Real> g = setup_.gravity.cast<Real>();
-    const Motion<Real> motion{Real(dt), Real(solver.flip_blend), g, materials_, setup_.colliders, t_};
+    const Real flip_blend = transfer == Transfer::apic ? Real(0) : Real(solver.flip_blend);
+    const Motion<Real> motion{Real(dt), flip_blend, g, materials_, setup_.colliders, t_,
+                              solver.rest_speed, solver.rest_time};
+    const bool newton = solver.integrator == Integrator::newton;
+    const auto fall = newton ? std::optional<Vec3d>(dt * setup_.gravity) : std::nullopt;
 
     Stopwatch watch;
 
@@ -71,8 +75,6 @@ bool Method<Real, kind, transfer>::take_step(double dt, StepReport& report) {
                                                                     //  2  V_p⁰ = m_p / ρ_p, once: in the constructor
     watch.lap(report.seconds.scatter);                              //  3  f_i = −Σ_p V_p⁰ P F_Eᵀ ∇w_ip
     accelerate(grid_, Real(dt), g);                                 //  4  v* = v + Δt (f / m + g)
-    const bool newton = solver.integrator == Integrator::newton;
-    const auto fall = newton ? std::optional<Vec3d>(dt * setup_.gravity) : std::nullopt;
     const auto fixed = collide_nodes(grid_, setup_.colliders, t_, fall);  //  5  v* against the bodies
     watch.lap(report.seconds.grid);
     if (solver.integrator == Integrator::semi_implicit)             //  6  (M + β Δt² ∂²Φ/∂x²) vⁿ⁺¹ = M v*
@@ -82,9 +84,11 @@ bool Method<Real, kind, transfer>::take_step(double dt, StepReport& report) {
         collide_nodes(grid_, setup_.colliders, t_);
     }
     watch.lap(report.seconds.solve);
+    if (move_lumps(ps_, grid_, solver, flip_blend, setup_.colliders, t_, dt) && solver.integrator != Integrator::explicit_euler)
+        return take_step(dt, report);                               //     the solve wants the stiffness of what woke
     offenders_ = inverted<kind>(ps_, grid_, Real(dt));
     if (!offenders_.empty()) return false;                          //     a step too long is not taken
-    finish_nodes<transfer>(grid_, Real(solver.flip_blend));
+    finish_nodes(grid_, flip_blend, Real(solver.rest_speed));
     watch.lap(report.seconds.grid);
     Advanced<Real> a = advance<kind, transfer>(ps_, grid_, motion);       //  7  F_E, J_P;  8  v_p;  9  v_p against the bodies;
     watch.lap(report.seconds.gather);                               // 10  x_p ← x_p + Δt v_p

@@ -140,6 +140,7 @@ StepReport Method<Real, kind, transfer>::step(double remaining) {
     check_energy();
     report.dt = dt;
     report.nodes = grid_.size();
+    for (const ParticleBlock& b : grid_.blocks.particle_blocks) report.asleep += b.asleep() ? b.count : 0;
     t_ += dt;
     ++steps_;
     return report;
@@ -162,9 +163,9 @@ void Method<Real, kind, transfer>::fail_lost(const std::vector<Lost>& lost) cons
 template <class Real, Weights kind, Transfer transfer> Totals Method<Real, kind, transfer>::totals() const {
     constexpr double D = BSpline<kind>::second_moment;
     Totals sum;
-    grid_.blocks.for_each_particle([&](std::size_t slot) {
+    const auto add = [&](std::size_t slot, const Vec3d& v) {
         const double m = ps_.m.at(slot);
-        const Vec3d x = vector_of(ps_.x, slot).template cast<double>(), v = vector_of(ps_.v, slot).template cast<double>();
+        const Vec3d x = vector_of(ps_.x, slot).template cast<double>();
         const SnowModel<double> s = model(setup_.materials[ps_.material_of(slot)]);
         const Lame<double> k = hardened(s, double(ps_.Jp.at(slot)));
         sum.mass += m;
@@ -179,7 +180,10 @@ template <class Real, Weights kind, Transfer transfer> Totals Method<Real, kind,
         const Mat3d Fe = matrix_of(ps_.Fe, slot).template cast<double>();
         sum.elastic += ps_.V0.at(slot) * energy_density(left_strain(Fe), k);
         sum.potential -= m * setup_.gravity.dot(x);
-    });
+    };
+    for (const ParticleBlock& b : grid_.blocks.particle_blocks)
+        for (std::uint32_t n = 0; n < b.count; ++n)
+            add(b.slot(n), b.asleep() ? ps_.lumps[b.lump].velocity : Vec3d(vector_of(ps_.v, b.slot(n)).template cast<double>()));
     return sum;
 }
 
@@ -207,7 +211,11 @@ ParticleRows Method<Real, kind, transfer>::rows(bool full) const {
         for (const char* name : {"mass", "volume", "Jp"}) rows.columns.emplace_back(name);
         for (int r = 0; r < 3; ++r)
             for (int c = 0; c < 3; ++c) rows.columns.push_back(fmt::format("Fe_{}{}", r, c));
+        if (setup_.solver.rest_speed > 0) rows.columns.emplace_back("asleep");
     }
+    std::vector<bool> asleep(full && setup_.solver.rest_speed > 0 ? lanes * ps_.groups : 0);
+    for (const ParticleBlock& b : grid_.blocks.particle_blocks)
+        for (std::uint32_t n = 0; n < b.count && !asleep.empty(); ++n) asleep[b.slot(n)] = b.asleep();
     std::vector<Real> values;
     values.reserve(n_ * rows.columns.size());
     for (const std::size_t p : places()) {
@@ -216,6 +224,7 @@ ParticleRows Method<Real, kind, transfer>::rows(bool full) const {
         if (!full) continue;
         values.insert(values.end(), {ps_.m.at(p), ps_.V0.at(p), ps_.Jp.at(p)});
         for (int k = 0; k < 9; ++k) values.push_back(ps_.Fe.at(p, 3 * (k % 3) + k / 3));
+        if (!asleep.empty()) values.push_back(asleep[p] ? Real(1) : Real(0));
     }
     const auto* bytes = reinterpret_cast<const std::byte*>(values.data());
     rows.data.assign(bytes, bytes + values.size() * sizeof(Real));
@@ -236,7 +245,7 @@ template <class Real, Weights kind, Transfer transfer> std::array<std::uint64_t,
 }
 
 /// The numbers that every block of particles is saved with.
-struct BlockHeader { Vec3i coordinates; std::uint32_t count; NodeSet bases; };
+struct BlockHeader { Vec3i coordinates; std::uint32_t count; NodeSet bases; double quiet; std::uint64_t asleep; };
 
 /// Block after block, so that sums over particles have the same order afterwards wherever the groups are.
 template <class Real, Weights kind, Transfer transfer>
@@ -245,8 +254,12 @@ void Method<Real, kind, transfer>::save(std::ostream& out) const {
     write_raw(out, own.data(), own.size());
     write_raw(out, &extremes_, 1), write_raw(out, &energy_, 1), write_raw(out, &t_, 1), write_raw(out, &steps_, 1);
     for (const ParticleBlock& b : grid_.blocks.particle_blocks) {
-        const BlockHeader header{b.coordinates, b.count, b.bases};
+        const BlockHeader header{b.coordinates, b.count, b.bases, b.quiet, b.asleep() ? 1u : 0u};
         write_raw(out, &header, 1);
+        if (b.asleep()) {
+            const Lump<Real>& lump = ps_.lumps[b.lump];
+            write_raw(out, &lump.mass, 1), write_raw(out, &lump.velocity, 1), write_raw(out, &lump.extremes, 1);
+        }
         for (const std::uint32_t g : b.groups) {
             ps_.for_each_field([&](const auto& field) { write_raw(out, &field.group(g), 1); });
             write_raw(out, &ps_.id[lanes * g], lanes);
@@ -268,7 +281,12 @@ void Method<Real, kind, transfer>::restore(std::istream& in) {
         BlockHeader header{};
         read_raw(in, &header, 1);
         if (header.count == 0 || header.count > n_ - n) throw std::runtime_error("the state has a block of no sense");
-        blocks.push_back({.coordinates = header.coordinates, .count = header.count, .bases = header.bases});
+        blocks.push_back({.coordinates = header.coordinates, .count = header.count, .bases = header.bases, .quiet = header.quiet});
+        if (header.asleep != 0) {
+            blocks.back().lump = static_cast<std::int32_t>(restored.lumps.size());
+            Lump<Real>& lump = restored.lumps.emplace_back();
+            read_raw(in, &lump.mass, 1), read_raw(in, &lump.velocity, 1), read_raw(in, &lump.extremes, 1);
+        }
         for (std::uint32_t done = 0; done < header.count; done += lanes) {
             const std::uint32_t g = restored.new_group();
             blocks.back().groups.push_back(g);

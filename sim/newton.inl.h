@@ -2,6 +2,7 @@
 #include "sim/implicit.h"
 #include "sim/linear_system.h"
 #include "sim/potential.h"
+#include "sim/rest.h"
 
 #include <limits>
 
@@ -10,6 +11,8 @@ namespace firn {
 // The fully implicit step (Gast, Schroeder, Stomakhin, Jiang, Teran 2015): vⁿ⁺¹ minimises
 //
 //   Π(v) = ½ ‖v − v̂‖²_M + Φ(x + Δt v),      ∂Π/∂v = M (v − v̂) − Δt f(x + Δt v),      v̂ = v + Δt g
+//
+// (the forces of snow at rest do not change, and are in v̂ as gravity is)
 //
 // over what contact left free, with μ, λ frozen at Δt's start as in the semi-implicit step. (From v = 0, one step of
 // Newton's method without projection and line search is the paper's step 6 with β = 1.) Per-particle Hessians
@@ -28,9 +31,11 @@ Convergence solve_newton(const Particles<Real>& ps, Grid<Real>& grid,
     const Pages<Real>& m = system.masses();
 
     NodeField<Real> v(grid.size()), f, r(grid.size()), trial, difference(grid.size());
+    const NodeField<Real> load = forces_at_rest(ps, grid);
     v.for_each([&](std::ptrdiff_t i) {
         const Node<Real>& node = grid.nodes[i];
-        if (m[i] > 0) v.at[i] = N4::of(node[4] + fall(0), node[5] + fall(1), node[6] + fall(2), 0);
+        if (m[i] > 0)
+            v.at[i] = N4::of(node[4] + fall(0), node[5] + fall(1), node[6] + fall(2), 0) + N4(Real(dt) / m[i]) * load.at[i];
     });
     for (const FixedNode<Real>& c : fixed)
         for (int a = 0; a < 3; ++a) v.at[c.node].lanes[a] = grid.nodes[c.node][a];

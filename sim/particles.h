@@ -1,4 +1,5 @@
 #pragma once
+#include "sim/extremes.h"
 #include "sim/pack.h"
 #include "sim/pages.h"
 #include "sim/types.h"
@@ -63,6 +64,15 @@ template <class Real, int C, class Values> void store(Field<Real, C>& f, std::si
     for (int i = 0; i < C; ++i) f.pack(group, i) = values(i);
 }
 
+/// A block asleep ("sim/rest.h").
+template <class Real> struct Lump {
+    double mass = 0;                        ///< M [kg]
+    Vec3d velocity{0, 0, 0};                ///< u [m/s]
+    Vec3d next_velocity{0, 0, 0};           ///< after the step that is being taken.
+    Extremes extremes{};                    ///< of its particles, which stand still.
+    std::vector<Pack<Real, 8>> nodes{};     ///< (0, m_i | f_i, 0) of those it is linked to; none before they are first reckoned.
+};
+
 /// What is known of every particle. Matrices column by column. Each is in a slot: number slot % 8 of group slot / 8;
 /// a group belongs to one block or to none. What has no mass is no particle: an empty slot.
 template <class Real> struct Particles {
@@ -77,6 +87,7 @@ template <class Real> struct Particles {
     std::vector<std::uint8_t> material;     ///< index of its Snow; empty where there is one only.
     std::vector<std::uint32_t> id;          ///< place in the order of sampling.
     std::vector<std::uint32_t> free_groups;
+    std::vector<Lump<Real>> lumps;          ///< blocks asleep; one without mass is free.
     bool affine = false;                    ///< C is kept.
     bool several_materials = false;         ///< `material` is kept.
 

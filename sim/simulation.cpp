@@ -30,6 +30,7 @@ std::size_t bytes_per_particle(const Solver& s) {
     if (s.integrator != Integrator::explicit_euler) numbers += 3 + 1 + 9 + 2;   // an element's t, at, F_E, k
     if (s.integrator == Integrator::semi_implicit) numbers += 15;          // KirchhoffDifferential
     if (s.integrator == Integrator::newton) numbers += 33;                 // ProjectedDifferential
+    if (s.rest_speed > 0) numbers += 5;                                    // a lump's nodes
     return numbers * real * 26 / 25 + 1 + 4;                               // groups that are not full; material, id
 }
 

@@ -39,6 +39,7 @@ struct StepReport {
     bool converged = true;              ///< false: the last residual is above the tolerance.
     int rejected = 0;                   ///< attempts with a longer Δt that were thrown away before this one.
     std::size_t nodes = 0;              ///< grid nodes in use.
+    std::size_t asleep = 0;             ///< particles that rest after the step.
     PhaseSeconds seconds{};
 
     void add(const Convergence& c) { iterations += c.iterations, residuals = c.history, converged = c.converged; }
@@ -60,7 +61,7 @@ struct SimulationError : std::runtime_error { using runtime_error::runtime_error
 /// Rows of particles in the order of sampling, `columns` values a row, little-endian as in memory.
 struct ParticleRows {
     bool twofold = false;               ///< double values, else float.
-    std::vector<std::string> columns;   ///< x y z vx vy vz [mass volume Jp Fe_00 Fe_01 … Fe_22]
+    std::vector<std::string> columns;   ///< x y z vx vy vz [mass volume Jp Fe_00 Fe_01 … Fe_22 [asleep]]
     std::size_t count = 0;
     std::vector<std::byte> data;        ///< count · columns · (8 or 4) bytes.
 };

@@ -3,6 +3,8 @@
 #include "sim/implicit.h"
 #include "sim/transfer.h"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <bit>
 #include <limits>
@@ -26,12 +28,6 @@ template <class Real> void accelerate(Grid<Real>& grid, Real dt, const Vec3<Real
     }
 }
 
-/// Whether any collider comes within `radius` of x [m].
-inline bool near(const std::vector<Collider>& colliders, const Vec3d& x, double radius, double t) {
-    return std::any_of(colliders.begin(), colliders.end(),
-                       [&](const Collider& c) { return signed_distance(c, x, t) <= radius; });
-}
-
 /// Step 5: v* of the nodes against the bodies. Returns the nodes where contact fixed something. With `fall`, Δt g, what
 /// meets the bodies is v + Δt g, and friction sees how the forces in v* press it there: in a long step their tangential
 /// part is no motion that a body could feel.
@@ -41,7 +37,11 @@ std::vector<FixedNode<Real>> collide_nodes(Grid<Real>& grid, const std::vector<C
     std::vector<FixedNode<Real>> fixed;
     if (colliders.empty()) return fixed;
     const double h = grid.h;
-    for (const GridBlock& b : grid.blocks.grid_blocks) {
+    std::vector<std::vector<FixedNode<Real>>> parts(omp_get_max_threads());   // whose blocks follow each other
+    const auto count = static_cast<std::ptrdiff_t>(grid.blocks.grid_blocks.size());
+#pragma omp parallel for schedule(static)
+    for (std::ptrdiff_t n = 0; n < count; ++n) {
+        const GridBlock& b = grid.blocks.grid_blocks[n];
         const Vec3d center = h * (block_width * b.coordinates.cast<double>() + Vec3d::Constant(1.5));
         if (!near(colliders, center, 1.5 * std::sqrt(3.0) * h * (1 + 1e-9), t)) continue;
         std::uint32_t i = b.first;
@@ -54,21 +54,22 @@ std::vector<FixedNode<Real>> collide_nodes(Grid<Real>& grid, const std::vector<C
             const Collided c = collide(x, v, colliders, t, push);
             if (!c.touched) continue;
             for (int a = 0; a < 3; ++a) node.lanes[a] = Real(c.v(a));
-            fixed.push_back({i, c.free.template cast<Real>()});
+            parts[omp_get_thread_num()].push_back({i, c.free.template cast<Real>()});
         }
     }
+    for (const auto& part : parts) fixed.insert(fixed.end(), part.begin(), part.end());
     return fixed;
 }
 
-/// After step 6: (vⁿ⁺¹, m | vⁿ, 0) → (vⁿ⁺¹, m | vⁿ⁺¹ − α vⁿ, 0), so that a particle's new FLIP velocity is α v_p and one
-/// sum. Under APIC (vⁿ⁺¹, m | vⁿ⁺¹, 0), for the two sums that it makes of vⁿ⁺¹.
-template <Transfer transfer, class Real> void finish_nodes(Grid<Real>& grid, Real flip_blend) {
+/// After step 6: (vⁿ⁺¹, m | vⁿ, 0) → (vⁿ⁺¹, m | vⁿ⁺¹ − α vⁿ, α), so that a particle's new FLIP velocity is α v_p and one
+/// sum. α is FLIP's share, 0 of nodes slower than `rest_speed`, and under APIC, which makes two sums of vⁿ⁺¹.
+template <class Real> void finish_nodes(Grid<Real>& grid, Real flip_blend, Real rest_speed) {
     const auto n = static_cast<std::ptrdiff_t>(grid.size());
-    const Real old = transfer == Transfer::apic ? Real(0) : flip_blend;
 #pragma omp parallel for schedule(static)
     for (std::ptrdiff_t i = 0; i < n; ++i) {
         Node<Real>& v = grid.nodes[i];
-        v = Node<Real>::of(v[0], v[1], v[2], v[3], v[0] - old * v[4], v[1] - old * v[5], v[2] - old * v[6], 0);
+        const Real share = flip_share(v, flip_blend, rest_speed);
+        v = Node<Real>::of(v[0], v[1], v[2], v[3], v[0] - share * v[4], v[1] - share * v[5], v[2] - share * v[6], share);
     }
 }
 
@@ -88,6 +89,7 @@ std::vector<Offender> inverted(const Particles<Real>& ps, const Grid<Real>& grid
 #pragma omp parallel for schedule(dynamic)
     for (std::ptrdiff_t c = 0; c < count; ++c) {
         const ParticleBlock& b = grid.blocks.particle_blocks[c];
+        if (b.asleep()) continue;
         SlopedTile<Node<Real>, BSpline<kind>::width> tile;
         constexpr Real huge = std::numeric_limits<Real>::max();
         Node<Real> low(huge), high(-huge);

@@ -1,5 +1,6 @@
 #pragma once
 #include "sim/arrangement.h"
+#include "sim/rest.h"
 #include "sim/snow.h"
 
 namespace firn {
@@ -68,10 +69,10 @@ private:
     }
 };
 
-/// Steps 1 and 3 in one pass:  m_i = Σ_p m_p w_ip,  (m v)_i = Σ_p m_p v_p w_ip  (APIC: v_p + C_p (x_i − x_p)),
+/// Steps 1 and 3 in one pass, with lumps for what is asleep:  m_i = Σ_p m_p w_ip,  (m v)_i = Σ_p m_p v_p w_ip  (APIC: v_p + C_p (x_i − x_p)),
 /// f_i = −Σ_p V_p⁰ P F_Eᵀ ∇w_ip, the report's (2) at x̂ = x.
 template <Weights kind, Transfer transfer, class Real>
-void rasterize_with_forces(const Particles<Real>& ps, Grid<Real>& grid) {
+void rasterize_with_forces(Particles<Real>& ps, Grid<Real>& grid) {
     constexpr int width = BSpline<kind>::width;
     using P = Pack<Real, lanes>;
     using N8 = Node<Real>;
@@ -79,7 +80,10 @@ void rasterize_with_forces(const Particles<Real>& ps, Grid<Real>& grid) {
     const auto n = static_cast<std::ptrdiff_t>(grid.size());
 #pragma omp parallel for schedule(static)
     for (std::ptrdiff_t i = 0; i < n; ++i) grid.nodes[i] = N8(0);
-    scatter_blocks<width>(grid.blocks, grid.nodes, [&](const ParticleBlock& b, auto& tile) {
+    scatter_blocks(grid.blocks, [&](const ParticleBlock& b) {
+        Tile<N8, width> tile;
+        if (b.asleep() && !ps.lumps[b.lump].nodes.empty()) return add_lump(ps.lumps[b.lump], b, grid);
+        tile.clear(grid.blocks, b);
         for (std::size_t k = 0; k < b.groups.size(); ++k) {
             const std::uint32_t g = b.groups[k], next = b.groups[std::min(k + 1, b.groups.size() - 1)];
             ps.x.prefetch(next), ps.v.prefetch(next), ps.tau.prefetch(next), ps.m.prefetch(next), ps.V0.prefetch(next);
@@ -113,6 +117,9 @@ void rasterize_with_forces(const Particles<Real>& ps, Grid<Real>& grid) {
                 }
             }
         }
+        if (!b.asleep()) return tile.add_to(grid.blocks, b, grid.nodes);
+        remember(tile, grid.blocks, b, ps.lumps[b.lump]);
+        add_lump(ps.lumps[b.lump], b, grid);
     });
 }
 
@@ -152,7 +159,8 @@ Interpolated<Real> interpolate(const SlopedTile<Node<Real>, BSpline<kind>::width
 /// What a group's particles see of the nodes, a particle in each lane.
 template <class Real> struct Seen {
     using P = Pack<Real, lanes>;
-    Vec3<P> high;           ///< Σ_i w_ip of the nodes' upper halves.
+    Vec3<P> high;           ///< Σ_i w_ip of the nodes' upper halves,
+    P share;                ///< and of their last numbers.
     Mat3<P> gradient;       ///< Σ_i low_i ∇w_ipᵀ
     Mat3<P> moment;         ///< APIC: Σ_i w_ip high_i (x_i − x_p)ᵀ / h
 };
@@ -172,6 +180,7 @@ template <class Real, Weights kind, Transfer transfer>
     transpose(a), transpose(b);
     Seen<Real> seen;
     for (int i = 0; i < 3; ++i) seen.high(i) = a[4 + i];
+    seen.share = a[7];
     if constexpr (transfer == Transfer::apic) {
         transpose(c), transpose(d);
         for (int i = 0; i < 3; ++i) {

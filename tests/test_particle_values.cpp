@@ -39,6 +39,11 @@ TEST_CASE("A colour shows what its name says", "[colour]") {
     CHECK(values("compression") == std::vector<double>{1, 0.5});
     CHECK(values("body") == std::vector<double>{0, 1});
     CHECK(values("particle-id") == std::vector<double>{0, 1});
+    CHECK(values("sleeping") == std::vector<double>{0, 0});     // where nothing may sleep
+    p.asleep = {0, 1};
+    Scene scene = scene_that_shows("sleeping");
+    scene.solver.rest_speed = 0.1;
+    CHECK(particle_values(p, scene, {1, 1}) == std::vector<double>{0, 1});
     CHECK(values("density")[1] == Approx(3 / (0.01 * 8 * 0.5)));
 
     // Uniaxial strain ε: |σ_xx − σ_yy| = 2 μ ε, of each body's own snow.

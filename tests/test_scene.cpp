@@ -24,7 +24,8 @@ TEST_CASE("A scene of two lines runs with the documented defaults", "[scene]") {
         nlohmann::ordered_json::parse(
             R"({"integrator": "semi_implicit", "beta": 1.0, "dt": "auto", "max_dt": 1e-3, "transfer": "flip",
                   "flip_blend": 0.95, "weights": "cubic", "precision": "float", "initial_volume": "grid",
-                  "linear_solver": "conjugate_residual", "tolerance": 1e-4, "max_iterations": 30})"));
+                  "linear_solver": "conjugate_residual", "tolerance": 1e-4, "max_iterations": 30,
+                  "rest_speed": 0.0, "rest_time": 0.1})"));
     CHECK(
         json["materials"] ==
         nlohmann::ordered_json::parse(
@@ -52,7 +53,8 @@ grid_spacing: 0.05
 gravity: [1, 2, 3]
 seed: 9007199254740992
 solver: {integrator: explicit, beta: 0.5, dt: 1e-4, max_dt: 2e-3, transfer: apic, flip_blend: 0.9,
-         weights: quadratic, precision: double, initial_volume: sampled, tolerance: 1e-6, max_iterations: 7}
+         weights: quadratic, precision: double, initial_volume: sampled, tolerance: 1e-6, max_iterations: 7,
+         rest_speed: 0.03, rest_time: 0.2}
 materials: {ice: {E: 1e6, nu: 0.3, xi: 5, theta_c: 0, theta_s: 1e6, rho: 900}, powder: {}}
 bodies:
   - {material: powder, velocity: [4, 5, 6], angular_velocity: [7, 8, 9], particles_per_cell: 2,
@@ -84,6 +86,8 @@ picture: {width: 100, height: 50, quality: preview, sun_azimuth: 10, sun_elevati
     CHECK(scene.solver.initial_volume == InitialVolume::sampled);
     CHECK(scene.solver.tolerance == 1e-6);
     CHECK(scene.solver.max_iterations == 7);
+    CHECK(scene.solver.rest_speed == 0.03);
+    CHECK(scene.solver.rest_time == 0.2);
     const Snow ice = scene.materials.at("ice");
     CHECK(std::vector{ice.E, ice.nu, ice.xi, ice.theta_c, ice.theta_s, ice.rho} ==
           std::vector{1e6, 0.3, 5.0, 0.0, 1e6, 900.0});

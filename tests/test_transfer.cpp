@@ -28,13 +28,13 @@ void place_particles(Particles<double>& ps, Grid<double>& grid, const std::vecto
     grid.blocks.link(std::move(a.blocks), BSpline<kind>::width);
 }
 
-/// Some particles in a lump, deformed and moving at random, with the grid under them.
-template <Weights kind> struct Lump {
+/// Some particles in a heap, deformed and moving at random, with the grid under them.
+template <Weights kind> struct Heap {
     Particles<double> ps;
     Grid<double> grid;
     std::vector<SnowModel<double>> materials{snow};
 
-    explicit Lump(std::size_t n = 43) {
+    explicit Heap(std::size_t n = 43) {
         RandomInput random;
         std::vector<Vec3d> x(n);
         for (Vec3d& x_p : x) x_p = 0.25 * random.vector();
@@ -96,14 +96,14 @@ template <Weights kind> struct Lump {
 };
 
 /// With forces at its nodes, and their derivatives.
-template <Weights kind> struct StiffLump : Lump<kind> {
+template <Weights kind> struct StiffLump : Heap<kind> {
     Elements<double, kind> elements;
     Hessian<double, kind> hessian;
-    StiffLump() : Lump<kind>(with_forces()), elements(this->ps, this->grid, this->materials), hessian(elements) {}
-    static Lump<kind> with_forces() {
-        Lump<kind> lump;
-        rasterize_with_forces<kind, Transfer::flip>(lump.ps, lump.grid);
-        return lump;
+    StiffLump() : Heap<kind>(with_forces()), elements(this->ps, this->grid, this->materials), hessian(elements) {}
+    static Heap<kind> with_forces() {
+        Heap<kind> heap;
+        rasterize_with_forces<kind, Transfer::flip>(heap.ps, heap.grid);
+        return heap;
     }
 };
 
@@ -114,12 +114,12 @@ double dot(const NodeField<double>& a, const NodeField<double>& b) {
 }
 
 template <Weights kind, Transfer transfer> void check_conservation() {
-    Lump<kind> lump;
-    const Particles<double>& ps = lump.ps;
-    rasterize_with_forces<kind, transfer>(ps, lump.grid);
+    Heap<kind> heap;
+    Particles<double>& ps = heap.ps;
+    rasterize_with_forces<kind, transfer>(ps, heap.grid);
     double m_p = 0, m_i = 0;
     Vec3d p_p = Vec3d::Zero(), p_i = p_p, L_p = p_p, L_i = p_p, force = p_p, torque = p_p;
-    lump.grid.blocks.for_each_particle([&](std::size_t p) {
+    heap.grid.blocks.for_each_particle([&](std::size_t p) {
         const double m = ps.m.at(p);
         const Mat3d C = matrix_of(ps.C, p);
         m_p += m, p_p += m * vector_of(ps.v, p), L_p += m * vector_of(ps.x, p).cross(vector_of(ps.v, p));
@@ -127,9 +127,9 @@ template <Weights kind, Transfer transfer> void check_conservation() {
             L_p += m * BSpline<kind>::second_moment * h * h * Vec3d(C(2, 1) - C(1, 2), C(0, 2) - C(2, 0), C(1, 0) - C(0, 1));
     });
     double largest = 0;
-    for (std::size_t i = 0; i < lump.grid.size(); ++i) {
-        const auto& n = lump.grid.nodes[i];
-        const Vec3d mv(n[0], n[1], n[2]), f(n[4], n[5], n[6]), x = lump.position(i);
+    for (std::size_t i = 0; i < heap.grid.size(); ++i) {
+        const auto& n = heap.grid.nodes[i];
+        const Vec3d mv(n[0], n[1], n[2]), f(n[4], n[5], n[6]), x = heap.position(i);
         m_i += n[3], p_i += mv, L_i += x.cross(mv), force += f, torque += x.cross(f);
         largest = std::max(largest, f.norm());
     }
@@ -142,31 +142,31 @@ template <Weights kind, Transfer transfer> void check_conservation() {
 }
 
 template <Weights kind> void check_derivatives() {
-    const StiffLump<kind> lump;
-    const Hessian<double, kind>& hessian = lump.hessian;
+    const StiffLump<kind> heap;
+    const Hessian<double, kind>& hessian = heap.hessian;
     RandomInput random;
-    const std::vector<std::size_t> active = lump.active();
+    const std::vector<std::size_t> active = heap.active();
     for (int n = 0; n < 30; ++n) {
         const std::size_t i = active[random.bits() % active.size()];
         const int c = n % 3;
         const double e = 1e-6 * h;
-        NodeField<double> u = lump.still();
+        NodeField<double> u = heap.still();
         u.at[i].lanes[c] = e;
-        const double ahead = lump.potential(u);
+        const double ahead = heap.potential(u);
         u.at[i].lanes[c] = -e;
-        const double slope = (ahead - lump.potential(u)) / (2 * e);
-        REQUIRE(lump.grid.nodes[i][4 + c] == Approx(-slope).margin(1e-4));  // forces here are about 1e2
+        const double slope = (ahead - heap.potential(u)) / (2 * e);
+        REQUIRE(heap.grid.nodes[i][4 + c] == Approx(-slope).margin(1e-4));  // forces here are about 1e2
     }
     for (int n = 0; n < 5; ++n) {
-        const NodeField<double> a = lump.random_motion(random), b = lump.random_motion(random);
+        const NodeField<double> a = heap.random_motion(random), b = heap.random_motion(random);
         NodeField<double> Ha, Hb;
         hessian(a, Ha), hessian(b, Hb);
         REQUIRE(dot(a, Hb) == Approx(dot(b, Ha)).epsilon(1e-12));
         // Second difference of Φ along a: error of the scheme about 1e-6 of it.
         const double e = 1e-4 * h;
-        NodeField<double> forth = lump.still(), back = forth;
+        NodeField<double> forth = heap.still(), back = forth;
         forth.axpy(e, a), back.axpy(-e, a);
-        const double curvature = (lump.potential(forth) - 2 * lump.potential(lump.still()) + lump.potential(back)) / (e * e);
+        const double curvature = (heap.potential(forth) - 2 * heap.potential(heap.still()) + heap.potential(back)) / (e * e);
         REQUIRE(dot(a, Ha) == Approx(curvature).epsilon(1e-3));
     }
 }
@@ -174,30 +174,30 @@ template <Weights kind> void check_derivatives() {
 /// (3) and (4): Φ does not see translations, so that H (1, 1, …) = 0 and, H being symmetric, force differentials
 /// sum to zero; nor turns, so that to first order the forces turn along: H (ω × x_i) = −ω × f_i.
 template <Weights kind> void check_invariance() {
-    const StiffLump<kind> lump;
-    const Hessian<double, kind>& hessian = lump.hessian;
+    const StiffLump<kind> heap;
+    const Hessian<double, kind>& hessian = heap.hessian;
     RandomInput random;
     const Vec3d a = random.vector(), omega = random.vector();
-    NodeField<double> shift = lump.still(), turn = shift;
-    for (const std::size_t i : lump.active()) {
-        const Vec3d r = omega.cross(lump.position(i));
+    NodeField<double> shift = heap.still(), turn = shift;
+    for (const std::size_t i : heap.active()) {
+        const Vec3d r = omega.cross(heap.position(i));
         shift.at[i] = NodeVector<double>::of(a(0), a(1), a(2), 0);
         turn.at[i] = NodeVector<double>::of(r(0), r(1), r(2), 0);
     }
     NodeField<double> of_shift, of_turn, of_any;
-    hessian(shift, of_shift), hessian(turn, of_turn), hessian(lump.random_motion(random), of_any);
+    hessian(shift, of_shift), hessian(turn, of_turn), hessian(heap.random_motion(random), of_any);
     Vec3d sum = Vec3d::Zero();
     double largest = 0, largest_force = 0;
-    for (const std::size_t i : lump.active()) {
-        const auto& n = lump.grid.nodes[i];
+    for (const std::size_t i : heap.active()) {
+        const auto& n = heap.grid.nodes[i];
         const Vec3d f(n[4], n[5], n[6]), u(of_any.at[i][0], of_any.at[i][1], of_any.at[i][2]);
         sum += u, largest = std::max(largest, u.norm()), largest_force = std::max(largest_force, f.norm());
     }
     REQUIRE(largest > 1);
     REQUIRE(largest_force > 1);
     CHECK(sum.norm() < 1e-12 * largest);
-    for (const std::size_t i : lump.active()) {
-        const auto& n = lump.grid.nodes[i];
+    for (const std::size_t i : heap.active()) {
+        const auto& n = heap.grid.nodes[i];
         const Vec3d f(n[4], n[5], n[6]);
         REQUIRE(Vec3d(of_shift.at[i][0], of_shift.at[i][1], of_shift.at[i][2]).norm() < 1e-12 * largest * a.norm());
         REQUIRE((Vec3d(of_turn.at[i][0], of_turn.at[i][1], of_turn.at[i][2]) + omega.cross(f)).norm() < 1e-12 * largest);
@@ -277,12 +277,12 @@ TEST_CASE("blocks keep the particles' order within them, and link them to every 
 }
 
 TEST_CASE("particles that leave their blocks are moved with all that is known of them, and the rest stays", "[transfer]") {
-    Lump<Weights::quadratic> lump(200);
-    Particles<double>& ps = lump.ps;
+    Heap<Weights::quadratic> heap(200);
+    Particles<double>& ps = heap.ps;
     struct Known { Vec3d x, v; Mat3d Fe, C; double Jp, m, V0, stress; };
     const auto known = [&] {
         std::vector<Known> all(200);
-        lump.grid.blocks.for_each_particle([&](std::size_t s) {
+        heap.grid.blocks.for_each_particle([&](std::size_t s) {
             all[ps.id[s]] = {vector_of(ps.x, s), vector_of(ps.v, s), matrix_of(ps.Fe, s), matrix_of(ps.C, s), ps.Jp.at(s),
                              ps.m.at(s), ps.V0.at(s), ps.tau.at(s, 5)};
         });
@@ -291,7 +291,7 @@ TEST_CASE("particles that leave their blocks are moved with all that is known of
     const std::vector<Known> before = known();
     RandomInput random;
     for (int round = 0; round < 20; ++round) {
-        Blocks& blocks = lump.grid.blocks;
+        Blocks& blocks = heap.grid.blocks;
         std::vector<std::vector<Departure<double>>> departures(blocks.particle_blocks.size());
         for (std::size_t b = 0; b < departures.size(); ++b)
             for (std::uint32_t n = blocks.particle_blocks[b].count; n-- > 0;) {
