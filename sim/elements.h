@@ -4,14 +4,29 @@
 
 namespace firn {
 
-/// Two nodes that follow each other along z: x y z 0 x y z 0.
-template <class Real> using NodePair = Pack<Real, 8>;
+/// Four nodes that follow each other along z: x y z 0 x y z 0 x y z 0 x y z 0.
+template <class Real> struct NodeRow {
+    Pack<Real, 8> first, last;              ///< nodes 0 and 1, 2 and 3.
+    NodeRow() : first(0), last(0) {}
+    explicit NodeRow(const NodeVector<Real>* at) {
+        std::memcpy(&first, at, sizeof first), std::memcpy(&last, at + 2, sizeof last);
+    }
+    NodeRow(Pack<Real, 8> f, Pack<Real, 8> l) : first(f), last(l) {}
+    void store(NodeVector<Real>* at) const {
+        std::memcpy(at, &first, sizeof first), std::memcpy(at + 2, &last, sizeof last);
+    }
+    NodeRow& operator+=(const NodeRow& b) { first += b.first, last += b.last; return *this; }
+    friend NodeRow operator+(const NodeRow& a, const NodeRow& b) { return {a.first + b.first, a.last + b.last}; }
+    friend NodeRow operator*(Pack<Real, 8> a, const NodeRow& b) { return {a * b.first, a * b.last}; }
+    friend NodeRow operator*(const NodeRow& a, const NodeRow& b) { return {a.first * b.first, a.last * b.last}; }
+};
 
 /// Up to eight particles: all that a solve needs of them and that it does not change.
 template <class Real, Weights kind> struct Element {
     using P = Pack<Real, lanes>;
     using N4 = NodeVector<Real>;
-    using N8 = NodePair<Real>;
+    using N8 = Pack<Real, 8>;
+    using Row = NodeRow<Real>;
     static constexpr int width = BSpline<kind>::width;
 
     Vec3<P> t;                      ///< x/h − base [1].
@@ -22,51 +37,41 @@ template <class Real, Weights kind> struct Element {
     /// Columns (x 0 y 0), (z 0 · ·) of a matrix of each particle.
     struct Columns { std::array<N8, lanes> xy{}, z{}; };
 
-    /// Lane l of ∇u = Σ_j u_j ∇w_jpᵀ.
+    /// Lane l of ∇u = Σ_j u_j ∇w_jpᵀ: four nodes along z at once, over x and y first. What is beside a row of three stays
+    /// in lanes of its own, and is left out in the end.
     void gather(const Tile<N4, width>& u, const Stencils<Real, kind>& s, int l, Columns& gradient) const {
         const N4* corner = &u.values[at[l]];
-        N8 N[width / 2], dN[width / 2];
-        weights(s, l, N, dN);
-        N8 dx(0), dy(0), dz(0);
+        Row plain, dx, dy;
+#pragma GCC unroll 4
         for (int i = 0; i < width; ++i) {
-            N8 value(0), value_dy(0), value_dz(0);
+            Row value, value_dy;
+#pragma GCC unroll 4
             for (int j = 0; j < width; ++j) {
-                const N4* row = corner + u.index(i, j, 0);
-                N8 sum(0), sum_dz(0);
-                for (int m = 0; m < width / 2; ++m) {
-                    const N8 nodes = pair(row + 2 * m);
-                    sum += N[m] * nodes, sum_dz += dN[m] * nodes;
-                }
-                if constexpr (width % 2 == 1) {
-                    const N8 last = low(row[width - 1]);
-                    sum += N8(s.N[2][width - 1][l]) * last, sum_dz += N8(s.dN[2][width - 1][l]) * last;
-                }
-                value += N8(s.N[1][j][l]) * sum, value_dy += N8(s.dN[1][j][l]) * sum, value_dz += N8(s.N[1][j][l]) * sum_dz;
+                const Row nodes(corner + u.index(i, j, 0));
+                value += N8(s.N[1][j][l]) * nodes, value_dy += N8(s.dN[1][j][l]) * nodes;
             }
-            dx += N8(s.dN[0][i][l]) * value, dy += N8(s.N[0][i][l]) * value_dy, dz += N8(s.N[0][i][l]) * value_dz;
+            plain += N8(s.N[0][i][l]) * value, dx += N8(s.dN[0][i][l]) * value, dy += N8(s.N[0][i][l]) * value_dy;
         }
-        // (dx₀ | dx₁) and (dy₀ | dy₁) to (dx₀ + dx₁ | dy₀ + dy₁)
-        gradient.xy[l] = halves(dx, dy) + exchanged(halves(dy, dx));
-        gradient.z[l] = dz + exchanged(dz);
+        const Row N = along_row(s.N[2], l), dN = along_row(s.dN[2], l);
+        const N8 x = folded(N * dx), y = folded(N * dy), z = folded(dN * plain);
+        // (x₀ | x₁) and (y₀ | y₁) to (x₀ + x₁ | y₀ + y₁)
+        gradient.xy[l] = halves(x, y) + exchanged(halves(y, x));
+        gradient.z[l] = z + exchanged(z);
     }
 
     /// f_i += A ∇w_ip for lane l.
     void scatter(const Columns& A, const Stencils<Real, kind>& s, int l, Tile<N4, width>& f) const {
         N4* corner = &f.values[at[l]];
-        const N8 x = halves(A.xy[l], exchanged(A.xy[l])), y = halves(exchanged(A.xy[l]), A.xy[l]), z = A.z[l];
-        N8 N[width / 2], dN[width / 2];
-        weights(s, l, N, dN);
+        const Row N = along_row(s.N[2], l);
+        const Row x = N * repeated(lower(A.xy[l])), y = N * repeated(lower(exchanged(A.xy[l])));
+        const Row z = along_row(s.dN[2], l) * repeated(lower(A.z[l]));
+#pragma GCC unroll 4
         for (int i = 0; i < width; ++i) {
-            const N8 of_x = N8(s.dN[0][i][l]) * x, of_y = N8(s.N[0][i][l]) * y, of_z = N8(s.N[0][i][l]) * z;
+            const Row of_xz = N8(s.dN[0][i][l]) * x + N8(s.N[0][i][l]) * z, of_y = N8(s.N[0][i][l]) * y;
+#pragma GCC unroll 4
             for (int j = 0; j < width; ++j) {
-                const N8 of_xy = N8(s.N[1][j][l]) * of_x + N8(s.dN[1][j][l]) * of_y, of_yz = N8(s.N[1][j][l]) * of_z;
                 N4* row = corner + f.index(i, j, 0);
-                for (int m = 0; m < width / 2; ++m) {
-                    const N8 nodes = pair(row + 2 * m) + N[m] * of_xy + dN[m] * of_yz;
-                    std::memcpy(row + 2 * m, &nodes, sizeof nodes);
-                }
-                if constexpr (width % 2 == 1)
-                    row[width - 1] += lower(N8(s.N[2][width - 1][l]) * of_xy + N8(s.dN[2][width - 1][l]) * of_yz);
+                (N8(s.dN[1][j][l]) * of_y + (N8(s.N[1][j][l]) * of_xz + Row(row))).store(row);
             }
         }
     }
@@ -89,19 +94,22 @@ template <class Real, Weights kind> struct Element {
     }
 
 private:
-    static N8 pair(const N4* at) {
-        N8 p;
-        std::memcpy(&p, at, sizeof p);
-        return p;
+    /// A weight of lane l for each node of a row; beside a row of three the last one is 0.
+    static Row along_row(const P (&w)[width], int l) {
+        const Real last = width == 4 ? w[width - 1][l] : Real(0);
+        const N4 each = N4::of(w[0][l], w[1][l], w[2][l], last);
+        return {N8::of(__builtin_shufflevector(each.lanes, each.lanes, 0, 0, 0, 0, 1, 1, 1, 1)),
+                N8::of(__builtin_shufflevector(each.lanes, each.lanes, 2, 2, 2, 2, 3, 3, 3, 3))};
     }
-    static N8 low(N4 a) { return N8::of(a[0], a[1], a[2], a[3], 0, 0, 0, 0); }
-    static N4 lower(N8 a) { return N4::of(a[0], a[1], a[2], a[3]); }
-    static void weights(const Stencils<Real, kind>& s, int l, N8 (&N)[width / 2], N8 (&dN)[width / 2]) {
-        for (int m = 0; m < width / 2; ++m) {
-            N[m] = halves(N8(s.N[2][2 * m][l]), N8(s.N[2][2 * m + 1][l]));
-            dN[m] = halves(N8(s.dN[2][2 * m][l]), N8(s.dN[2][2 * m + 1][l]));
-        }
+    static Row repeated(N4 a) {
+        const N8 both = N8::of(__builtin_shufflevector(a.lanes, a.lanes, 0, 1, 2, 3, 0, 1, 2, 3));
+        return {both, both};
     }
+    /// Nodes 0 and 2, nodes 1 and 3 of a row, those that there are.
+    static N8 folded(Row a) {
+        return a.first + (width == 4 ? a.last : halves(a.last, N8(0)));
+    }
+    static N4 lower(N8 a) { return N4::of(__builtin_shufflevector(a.lanes, a.lanes, 0, 1, 2, 3)); }
 };
 
 /// All particles that are awake as elements, colour after colour, so that nodes are summed in a fixed order and by one thread at
