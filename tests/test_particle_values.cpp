@@ -49,6 +49,9 @@ TEST_CASE("A colour shows what its name says", "[colour]") {
     // Uniaxial strain ε: |σ_xx − σ_yy| = 2 μ ε, of each body's own snow.
     const double mu_soft = 1e5 / (2 * (1 + Snow{}.nu)), mu_hard = 2e6 / (2 * 1.25);
     CHECK(values("stress")[0] == Approx(2 * mu_soft * 1e-6).epsilon(1e-4));
+    p.Fe[0].diagonal()[0] = 1.1;             // τ_xx − τ_yy = 2 μ (1.1 − 1) 1.1, σ = τ / 1.1
+    CHECK(values("stress")[0] == Approx(0.2 * mu_soft));
+    p.Fe[0].diagonal()[0] = 1 + 1e-6;
     p.Fe[1] = p.Fe[0], p.Jp[1] = 1;
     CHECK(values("stress")[1] == Approx(2 * mu_hard * 1e-6).epsilon(1e-4));
 }
