@@ -279,6 +279,7 @@ void Renderer::Passes::shade(const Frame& frame) {
         const Program& program = solid_program(frame.solids[i].look, frame.bodies);
         shade_kind(kind_solid + static_cast<GLint>(i), program);
         program.set("moved", frame.solids[i].moved);
+        program.set("lie", frame.solids[i].lie);
         glDrawArrays(GL_TRIANGLES, 0, 3);
     }
     glBindSampler(unit_relief, 0);
@@ -326,6 +327,7 @@ void Renderer::Passes::draw_spray(const Frame& frame) {
         set_view(*program, frame.view);
         set_light(*program, frame);
         program->set("raw_depths", unit_raw_depths);
+        program->set("snow_outward", unit_snow_outward);
         program->set("puff_share", effort.puffs);
         program->set("palette", unit_palette);
         program->set("coloured", frame.coloured);
@@ -336,7 +338,7 @@ void Renderer::Passes::draw_spray(const Frame& frame) {
             glDrawArraysInstanced(GL_LINES, 0, 2 * frame.spray, effort.grains);
         } else {
             glBindVertexArray(spray_array.id());
-            glDrawArraysInstanced(GL_POINTS, 0, frame.spray, program == &puff_program ? 1 : effort.grains);
+            glDrawArraysInstanced(GL_POINTS, 0, frame.spray, program == &puff_program ? 1 : 1 + effort.grains);
         }
     }
     glDisable(GL_BLEND);

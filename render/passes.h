@@ -40,6 +40,7 @@ enum Kind : GLint { kind_sky, kind_snow, kind_solid };
 struct SolidGroup {
     Look look;
     Eigen::Vector3f moved;           ///< since the start [m]
+    Eigen::Matrix3f lie;             ///< columns along the body, up, and across: its pattern runs along.
     std::vector<Plane> planes;
     std::vector<Vertex> triangles;
     GLint first = 0;                 ///< in the buffer
@@ -123,8 +124,8 @@ struct Renderer::Passes {
 
     Buffer splats = make_buffer(), spray = make_buffer(), mesh = make_buffer(), nodes = make_buffer();
     VertexArray splat_array = make_vertex_array(splats, {3, 1, 1, 1}),
-                spray_array = make_vertex_array(spray, {3, 3, 1, 1, 1}, 2),
-                spray_line_array = make_vertex_array(spray, {3, 3, 1, 1, 1}),
+                spray_array = make_vertex_array(spray, {3, 3, 1, 1, 1, 1}, 2),
+                spray_line_array = make_vertex_array(spray, {3, 3, 1, 1, 1, 1}),
                 mesh_array = make_vertex_array(mesh, {3, 3}), no_array = make_vertex_array(mesh, {}),
                 node_array = make_vertex_array(nodes, {3});
     Texture relief = make_tile_texture(Relief::size, snow_relief().texels.data());

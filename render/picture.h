@@ -20,7 +20,7 @@ struct Picture {
     double sun_azimuth = 180;          ///< [degrees] from +x towards +z: where the light comes from.
     double sun_elevation = 32;         ///< [degrees] above the horizon.
     double exposure = 1;               ///< factor on the light before the tone curve.
-    double shutter = 0.0208;           ///< how long it is open [s]; spray is drawn along its way.
+    double shutter = 0.0052;           ///< how long it is open [s], 45° at 24 a second; spray is drawn along its way.
     int motion_samples = 1;            ///< moments of that time that are averaged; 1: only spray is blurred.
     Colour colour = Colour::snow;
     std::optional<double> colour_min, colour_max;  ///< ends of the colour map; none: of the frame's values.

@@ -110,8 +110,9 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     frame.volume_size = density.cell * density.rho.size.cast<float>();
     upload_volume(density, soft, particles.spacing, frame.to_sun);
 
-    const Splats visible = visible_splats(particles, density, soft, frame.view, frame.to_sun, children_from,
-                                          effort.least_radius);
+    const Splats visible =
+        visible_splats(particles, density, soft, frame.view, frame.to_sun, children_from, effort.least_radius,
+                       std::max(1.2f * static_cast<float>(effort.edge), 1.0f));
     upload(splats, visible.all.data(), visible.all.size() * sizeof(Splat));
     upload(spray, visible.spray.data(), visible.spray.size() * sizeof(SprayPoint));
     frame.splats = static_cast<GLsizei>(visible.all.size());

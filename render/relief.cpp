@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace firn {
 
@@ -11,17 +12,21 @@ namespace {
 
 constexpr int n = Relief::size;
 
-/// Random values on a lattice of `period` points that repeats, smoothly joined; x and z count lattice cells.
-double lattice_noise(double x, double z, int period) {
+/// Random slopes at the points of a lattice of `period` points that repeats, smoothly joined [Perlin 2002]; x and z
+/// count lattice cells.
+double gradient_noise(double x, double z, int period) {
     const int i = static_cast<int>(std::floor(x)), k = static_cast<int>(std::floor(z));
     const double fx = x - i, fz = z - k;
-    const double sx = fx * fx * (3 - 2 * fx), sz = fz * fz * (3 - 2 * fz);
+    const auto smooth = [](double f) { return f * f * f * (f * (6 * f - 15) + 10); };
     const auto value = [&](int a, int b) {
-        return hash_of(static_cast<std::uint32_t>(period * 65536 + (a % period) * 256 + b % period)) - 0.5;
+        const double turn =
+            2 * std::numbers::pi *
+            hash_of(static_cast<std::uint32_t>(period * 65536 + ((i + a) % period) * 256 + (k + b) % period));
+        return std::cos(turn) * (fx - a) + std::sin(turn) * (fz - b);
     };
-    const double low = value(i, k) + sx * (value(i + 1, k) - value(i, k));
-    const double high = value(i, k + 1) + sx * (value(i + 1, k + 1) - value(i, k + 1));
-    return low + sz * (high - low);
+    const double low = std::lerp(value(0, 0), value(1, 0), smooth(fx));
+    const double high = std::lerp(value(0, 1), value(1, 1), smooth(fx));
+    return std::lerp(low, high, smooth(fz));
 }
 
 void normalize(std::vector<double>& values) {
@@ -39,7 +44,7 @@ Relief snow_relief() {
         for (int i = 0; i < n; ++i)
             for (int period = 8; period <= 128; period *= 2) {
                 const double scale = double(period) / n;
-                height[k * n + i] += std::pow(period, -0.9) * lattice_noise(i * scale, k * scale, period);
+                height[k * n + i] += std::pow(period, -0.9) * gradient_noise(i * scale, k * scale, period);
             }
     const auto at = [&](int i, int k) { return height[((k + n) % n) * n + (i + n) % n]; };
     for (int k = 0; k < n; ++k)

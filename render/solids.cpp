@@ -1,5 +1,7 @@
 #include "render/passes.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 
 namespace firn {
@@ -44,12 +46,32 @@ float thickness_of(const Shape& shape) {
     return box ? static_cast<float>(box->size.minCoeff()) : 0.01f;
 }
 
-SolidGroup& group_of(std::vector<SolidGroup>& groups, Look look, const Vector3f& moved) {
+/// Axes of a body, the first along its length.
+Eigen::Matrix3f lie_of(const Shape& shape) {
+    Vec3d along(1, 0, 0);
+    if (const auto* box = std::get_if<Box>(&shape.kind())) {
+        int longest = 0;
+        box->size.maxCoeff(&longest);
+        along = Vec3d::Unit(longest);
+    }
+    if (const auto* c = std::get_if<Capsule>(&shape.kind())) along = c->to - c->from;
+    if (const auto* c = std::get_if<Cylinder>(&shape.kind())) along = c->to - c->from;
+    if (!(along.norm() > 0)) along = Vec3d(1, 0, 0);
+    along.normalize();
+    const Vec3d high = std::abs(along.y()) < 0.99 ? Vec3d(0, 1, 0) : Vec3d(1, 0, 0);
+    const Vec3d across = along.cross(high).normalized();
+    Eigen::Matrix3f axes;
+    axes << along.cast<float>(), across.cross(along).cast<float>(), across.cast<float>();
+    return axes;
+}
+
+SolidGroup& group_of(std::vector<SolidGroup>& groups, Look look, const Vector3f& moved,
+                     const Eigen::Matrix3f& lie) {
     for (SolidGroup& group : groups)
-        if (group.look == look && group.moved == moved) return group;
+        if (group.look == look && group.moved == moved && group.lie == lie) return group;
     constexpr std::size_t most =
         250;  // the stencil buffer counts to 255; the rest share the last one's pattern
-    if (groups.size() < most) groups.push_back({look, moved, {}, {}, 0});
+    if (groups.size() < most) groups.push_back({look, moved, lie, {}, {}, 0});
     return groups.back();
 }
 
@@ -66,7 +88,8 @@ void Renderer::Passes::prepare_solids(Frame& frame, const std::vector<Solid>& so
             glass.insert(glass.end(), mine.begin(), mine.end());
             continue;
         }
-        SolidGroup& group = group_of(frame.solids, shown_look(solid), moved.cast<float>());
+        SolidGroup& group =
+            group_of(frame.solids, shown_look(solid), moved.cast<float>(), lie_of(solid.shape));
         if (const Plane* plane = std::get_if<Plane>(&solid.shape.kind()))
             group.planes.push_back({plane->point + moved, plane->normal.normalized()});
         group.triangles.insert(group.triangles.end(), mine.begin(), mine.end());

@@ -157,6 +157,12 @@ bool in_picture(const Vector3f& x, float radius, const View& view) {
            std::abs(p.y()) < half.y() * (p.z() + radius) + 2 * radius;
 }
 
+/// Of whole snow's radius, what a particle that lies alone has: few are large.
+float crumb_share(float hash) {
+    const float h = 128 * hash - std::floor(128 * hash);
+    return 0.16f + 0.40f * h * h;
+}
+
 /// How much of a cloud a loose particle is: 0 at rest, a crumb; 1 where it moves on by its own size at once.
 float flight(const ParticleView& particles, std::size_t p) {
     constexpr float at_once = 0.01f;  // [s]
@@ -165,7 +171,8 @@ float flight(const ParticleView& particles, std::size_t p) {
     return smoothstep(0.3f, 1.5f, v.norm() * at_once / particles.spacing);
 }
 
-SprayPoint spray_point(const ParticleView& particles, std::size_t p, float amount, float hash) {
+/// `lone`, 0 to 1: in a dense cloud no grain's way can be told from its neighbours'.
+SprayPoint spray_point(const ParticleView& particles, std::size_t p, float amount, float lone, float hash) {
     SprayPoint point{particles.x[3 * p],
                      particles.x[3 * p + 1],
                      particles.x[3 * p + 2],
@@ -174,9 +181,11 @@ SprayPoint spray_point(const ParticleView& particles, std::size_t p, float amoun
                      0,
                      amount,
                      hash,
-                     particles.value.empty() ? 0 : particles.value[p]};
+                     particles.value.empty() ? 0 : particles.value[p],
+                     0};
     if (particles.v.empty() || !drawable(&particles.v[3 * p])) return point;
-    point.vx = particles.v[3 * p], point.vy = particles.v[3 * p + 1], point.vz = particles.v[3 * p + 2];
+    point.vx = lone * particles.v[3 * p], point.vy = lone * particles.v[3 * p + 1],
+    point.vz = lone * particles.v[3 * p + 2];
     return point;
 }
 
@@ -195,7 +204,8 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
 }  // namespace
 
 Splats visible_splats(const ParticleView& particles, const Density& density, const Density& soft,
-                      const View& view, const Vector3f& to_sun, float near_radius, float least_radius) {
+                      const View& view, const Vector3f& to_sun, float near_radius, float least_radius,
+                      float least_crumb) {
     const Field values = mean_values(particles, density);
     const Cover cover(density);
     const std::vector<std::uint8_t> hidden = hidden_cells(density, cover, view.eye, to_sun);
@@ -250,15 +260,20 @@ Splats visible_splats(const ParticleView& particles, const Density& density, con
             const float hash = hash_of(static_cast<std::uint32_t>(p)),
                         wanted = wanted_per_radius * (x - view.eye).norm(),
                         share = wanted > 1 ? 1 / (wanted * wanted) : 1;
-            const float whole = wholeness(soft.at(x)), flying = flight(particles, p);
-            if (const float amount = (1 - whole) * (0.5f + 0.5f * flying); amount > 0.15f)
-                piece.spray.resize(piece.spray.size() + 2, spray_point(particles, p, amount, hash));
-            if (const float solid_share = std::max(whole, 0.42f * (1 - flying));
-                solid_share > 0.02f && kept_by(hash) <= share)
-                add({at[0], at[1], at[2],
-                     radius_of(particles.spacing, solid_share, hash) * std::max(wanted, 1.0f), hash,
+            const float rho = soft.at(x), whole = wholeness(rho), flying = flight(particles, p);
+            const float crumb = radius_of(particles.spacing, crumb_share(hash) * (1 - flying), hash);
+            const bool sprayed = whole < crumb_share(hash) * (1 - flying) &&
+                                 crumb < least_crumb * view.sample_tan * view.basis.col(2).dot(x - view.eye);
+            if (const float amount = (1 - whole) * (0.5f + 0.5f * flying); amount > 0.15f) {
+                SprayPoint point = spray_point(particles, p, amount, 1 - smoothstep(0.03f, 0.10f, rho), hash);
+                point.crumb = sprayed ? crumb : 0;
+                piece.spray.resize(piece.spray.size() + 2, point);
+            }
+            if (const float radius = std::max(radius_of(particles.spacing, whole, hash), crumb);
+                radius > 0.017f * particles.spacing && kept_by(hash) <= share)
+                add({at[0], at[1], at[2], radius * std::max(wanted, 1.0f), hash,
                      particles.value.empty() ? 0 : particles.value[p]},
-                    covered);
+                    covered | (sprayed ? from_eye : 0));
         }
     }
 

@@ -20,6 +20,7 @@ struct SprayPoint {
     float vx, vy, vz;  ///< [m/s]
     float amount;      ///< 0 to 1: how far it has come apart.
     float hash, value;
+    float crumb;       ///< radius of what is too small for a splat of its own [m]; 0: none is.
 };
 
 /// In one order for both draws: seen ones come first, of them the near ones, whose children show; what the sun
@@ -50,9 +51,11 @@ struct Cover {
 /// The particles that can be seen or throw a shadow: those inside unbroken snow are left out, and one large
 /// splat fills every cell of the innermost layer, so that nothing shines through between the outer ones.
 /// `soft` is the smoothed density, which tells snow from spray; a splat wider than `near_radius` [samples] is
-/// near; particles narrower than `least_radius` are stood for by some of them that are.
+/// near; particles narrower than `least_radius` are stood for by some of them that are, and crumbs narrower than
+/// `least_crumb` are spray to the eye: a splat's edge is too sharp for them.
 Splats visible_splats(const ParticleView&, const Density&, const Density& soft, const View&,
-                      const Eigen::Vector3f& to_sun, float near_radius, float least_radius = 0);
+                      const Eigen::Vector3f& to_sun, float near_radius, float least_radius = 0,
+                      float least_crumb = 0);
 
 /// Whether snow lies in front of a splat, as seen from the eye; that within `from_cells` does not count.
 bool is_covered(const Eigen::Vector3f& splat, const Eigen::Vector3f& eye, const Cover&, float from_cells = 1);

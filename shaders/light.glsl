@@ -23,7 +23,7 @@ uniform float exposure;
 
 // Without the sun itself.
 vec3 sky(vec3 direction) {
-    vec3 colour = mix(sky_zenith, sky_horizon, exp(-4.0 * max(direction.y, 0.0)));
+    vec3 colour = mix(sky_zenith, sky_horizon, exp(-5.5 * max(direction.y, 0.0)));
     float towards = max(dot(direction, to_sun), 0.0), wide = towards * towards;
     wide *= wide;
     return colour + sun_light * (0.10 * wide + 0.25 * exp(-5.0 * abs(direction.y)) * wide * wide * wide);
@@ -108,13 +108,14 @@ vec3 sky_by_normal(vec3 normal) { return sky_light * (0.65 + 0.35 * normal.y); }
 
 // Light from the snow-covered country below.
 vec3 bounce_by_normal(vec3 normal) {
-    return 0.5 * (sun_light * max(to_sun.y, 0.0) + sky_light) * (0.5 - 0.5 * normal.y);
+    const vec3 shaded = vec3(0.88, 1.0, 1.12);  // much of it lies in blue shade
+    return 0.5 * shaded * (sun_light * max(to_sun.y, 0.0) + sky_light) * (0.5 - 0.5 * normal.y);
 }
 
 // Film's answer to light: a toe, contrast, and a shoulder that is never quite white.
 vec3 develop(vec3 light) {
     vec3 x = exposure * max(light, vec3(0.0));
-    return 1.0 - exp(-1.35 * pow(x, vec3(1.18)));
+    return 1.0 - exp(-1.55 * pow(x, vec3(1.25)));
 }
 
 // Of a surface that bright snow stands before.

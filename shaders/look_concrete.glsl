@@ -2,10 +2,8 @@ Matter matter_of(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
     vec3 cloud = noise_at(at, 1.9, width), blotch = noise_at(mat2(0.8, 0.6, -0.6, 0.8) * at, 0.45, width);
     vec3 sand = noise_at(at, 0.06, width);
     float hole = smoothstep(1.9, 2.8, noise_at(mat2(0.6, -0.8, 0.8, 0.6) * at, 0.15, width).z);
-    vec3 joint = cell_at(at + vec2(0.31, 0.0), vec2(1.2, 0.6));
-    float seam = smooth_edge(joint.x, 0.002, width + 0.0015);
     vec3 colour = vec3(0.335, 0.325, 0.31) * (1.0 + 0.07 * cloud.z + 0.06 * blotch.z + 0.05 * sand.z);
-    colour *= (1.0 - 0.35 * hole) * mix(0.72, 1.0, seam) * (0.97 + 0.06 * hash_at(joint.yz));
+    colour *= 1.0 - 0.35 * hole;
     vec2 slope = 0.02 * blotch.xy + 0.05 * sand.xy;
     return Matter(colour, normalize(n - slope.x * u - slope.y * v), 0.0, 1.0);
 }

@@ -71,7 +71,8 @@ void main() {
     float thin = sqrt(spray_transmittance(lifted));  // half of the cloud lies behind
     float direct = facing * sun_visibility(lifted, 0.8 * spacing) * thin * mix(1.0, open, 0.5);
     float past_bodies = texture(shadow_bodies, shadow_position(lifted));
-    vec3 sun = sun_light * mix(vec3(direct), past_bodies * light.rgb * deep, scattering);
+    vec3 inside = past_bodies * light.rgb * deep;  // a cloud scatters on what it takes
+    vec3 sun = sun_light * (mix(vec3(direct), inside, scattering) + 0.35 * (1.0 - thin) * past_bodies * light.g);
     float seen = open_sky(clamp(light.a * open, 0.0, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));
     vec3 around = seen * (sky_by_normal(normal) + seen * bounce_by_normal(normal));
     if (coloured) {

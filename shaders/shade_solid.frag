@@ -1,16 +1,16 @@
 uniform sampler2D depths;
 uniform sampler2D surface;         // normal
 uniform vec3 moved;                // of the body since the start: its pattern goes along [m]
+uniform mat3 lie;                  // columns: along the body, up, and across
 
 out vec4 out_light;
 
+// The pattern runs along the body; on each side it is that of the nearest of the three planes.
 Matter matter_at(vec3 position, vec3 n, float width) {
-    vec3 size = abs(n);
-    vec3 u = size.y >= max(size.x, size.z) ? vec3(1.0, 0.0, 0.0)
-             : size.x >= size.z            ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
-    vec3 v = size.y >= max(size.x, size.z) ? vec3(0.0, 0.0, 1.0) : vec3(0.0, 1.0, 0.0);
-    vec2 at = vec2(dot(position, u), dot(position, v));
-    return matter_of(at, n, u, v, width);
+    vec3 size = abs(n * lie);
+    bool across = size.x > max(size.y, size.z);
+    vec3 u = across ? lie[2] : lie[0], v = !across && size.y >= size.z ? lie[2] : lie[1];
+    return matter_of(vec2(dot(position, u), dot(position, v)), n, u, v, width);
 }
 
 void main() {

@@ -5,11 +5,13 @@ layout(location = 1) in vec3 velocity;   // [m/s]
 layout(location = 2) in float amount;    // 0 to 1
 layout(location = 3) in float hash;
 layout(location = 4) in float value;
+layout(location = 5) in float crumb;     // radius [m]
 uniform float max_point_size;
 uniform float shutter;                   // [s]
 uniform float puff_share;                // of the particles have puffs
 uniform bool coloured;                   // by a colour map
 uniform sampler2D palette;
+uniform sampler3D snow_outward;          // −∇ρ over two cells; ρ in alpha
 uniform float edge;                      // samples along a pixel's edge
 
 flat out vec4 spray_colour;              // as film shows it, and how much it hides of what is behind
@@ -21,11 +23,12 @@ flat out float spray_hash;
 
 void main() {
     const bool puff = puffs == 1;
-    int grain = puff ? 0 : gl_InstanceID + 1;
+    int grain = puff ? 0 : gl_InstanceID + lines;
+    bool whole = !puff && grain == 0;    // the crumb itself
     vec3 h = fract(hash * vec3(71.3, 433.1, 191.9) + float(grain) * vec3(0.6180, 0.4142, 0.7321));
-    vec3 at = center + (puff ? vec3(0.0) : 2.4 * spacing * (h - 0.5));
-    float r = spacing * (puff ? 1.9 : 0.07 + 0.16 * h.x * h.y);
-    float opacity = amount * (puff ? 0.12 * inversesqrt(puff_share) : 0.85);
+    vec3 at = center + (puff || whole ? vec3(0.0) : mix(1.5, 2.4, clamp(2.0 * amount - 1.0, 0.0, 1.0)) * spacing * (h - 0.5));
+    float r = whole ? 1.2 * crumb : spacing * (puff ? 1.9 : 0.07 + 0.16 * h.x * h.y);
+    float opacity = whole ? 1.0 : amount * (puff ? 0.12 * inversesqrt(puff_share) : 0.85);
 
     spray_depth = dot(at - eye, basis[2]);
     float sample_width = max(spray_depth, near_depth) * sample_tan;
@@ -39,24 +42,30 @@ void main() {
     vec3 way = transpose(basis) * velocity * (0.5 * shutter);
     vec2 straight = (way.xy - way.z * (transpose(basis) * ray).xy) / sample_width;
     float length_of_way = length(straight);
-    bool streak = !puff && length_of_way > 2.0 * radius;
+    bool streak = !puff && !whole && length_of_way > 2.0 * radius;
     float longest = puff ? 1.2 * radius : max(0.5 * max_point_size - radius - 1.0, 0.0);
+    straight = (0.4 + 0.6 * h.z) * mat2(1.0, 0.5 * h.y - 0.25, 0.25 - 0.5 * h.y, 1.0) * straight;  // the air whirls
     half_way = straight * min(1.0, longest / max(length_of_way, 1e-6));
-    opacity *= puff ? radius / (radius + 0.7 * length(half_way)) : radius / (radius + 0.5 * length_of_way);
+    opacity *= whole ? 1.0 : puff ? radius / (radius + 0.7 * length(half_way)) : radius / (radius + 0.5 * length_of_way);
     spray_radius = radius;
     spray_size = 2.0 * (radius + length(half_way)) + 1.0;
     spray_hash = hash;
 
-    vec4 light = light_at(at);
+    // A cloud has a lit and a shaded side: the denser it is, the more it answers to light as a surface does.
+    vec4 light = light_at(at), outward = texture(snow_outward, (at - volume_origin) / volume_size);
+    float slope = length(outward.xyz), dense = smoothstep(0.02, 0.10, outward.a) * smoothstep(0.05, 0.6, slope / (outward.a + 0.01));
+    vec3 normal = outward.xyz / max(slope, 1e-6);
     float seen = texture(shadow_all, shadow_position(at + 1.5 * spacing * to_sun));
     float forward = max(dot(normalize(ray), to_sun), 0.0);  // ice throws most of the light onwards
-    vec3 sun = sun_light * sqrt(light.rgb) * seen * (0.62 + 1.2 * pow(forward, 6.0));
-    vec3 colour = sun + (0.9 * open_sky(light.a)) * (sky_light + 0.5 * bounce_by_normal(vec3(0.0)));
+    float facing = mix(0.62, 0.92 * max(dot(normal, to_sun) + 0.25, 0.0) / 1.25, dense) + 1.2 * pow(forward, 6.0);
+    vec3 sun = sun_light * light.rgb * light.g * mix(0.30, facing, seen);
+    vec3 colour = sun + (0.9 * open_sky(light.a)) * (sky_light * (1.0 + 0.3 * dense * normal.y) + bounce_by_normal(dense * normal));
 
+    if (puff) opacity *= smoothstep(0.03, 0.07, outward.a);  // about a grain that flies alone there is none
     if (lines == 1) opacity = min(2.5 * opacity * min(radius, 1.5), 0.9);
     spray_colour = vec4(seen_through_air(colour, spray_depth, ray), opacity);
     if (coloured) spray_colour.rgb = pow(textureLod(palette, vec2(value, 0.5), 0.0).rgb, vec3(2.2));
-    bool shown = streak == (lines == 1) && (!puff || hash < puff_share) && opacity > 0.004 && spray_depth > near_depth;
+    bool shown = streak == (lines == 1) && (!puff || hash < puff_share) && opacity > 0.004 && r > 0.0 && spray_depth > near_depth;
     gl_Position = shown ? projection * vec4(at, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
     if (lines == 1) gl_Position.xy += ((gl_VertexID & 1) == 0 ? -2.0 : 2.0) * straight / samples * gl_Position.w;
     gl_PointSize = min(spray_size, max_point_size);

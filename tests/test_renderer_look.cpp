@@ -146,6 +146,59 @@ TEST_CASE("spray is drawn along its way while the shutter is open", "[renderer]"
     CHECK(width(fast) > 1.5 * width(still));
 }
 
+namespace {
+
+/// Pixels that are at least 20 steps brighter than all that lie two pixels off, as x and y by turns.
+std::vector<int> sparks(const Image& image) {
+    std::vector<int> found;
+    for (int y = 2; y < image.height - 2; ++y)
+        for (int x = 2; x < image.width - 2; ++x) {
+            double brightest = 0;
+            for (int k = -2; k <= 2; ++k)
+                for (const auto& [i, j] :
+                     {std::pair(k, -2), std::pair(k, 2), std::pair(-2, k), std::pair(2, k)})
+                    brightest = std::max(brightest, brightness(image, x + i, y + j));
+            if (brightness(image, x, y) > brightest + 20) found.push_back(x), found.push_back(y);
+        }
+    return found;
+}
+
+}  // namespace
+
+TEST_CASE("crystals in near snow glint, few of them, and stay when the camera moves", "[renderer]") {
+    Picture picture = small_picture(Quality::final);
+    picture.exposure = 0.5;  // or sunlit snow would be as bright as they are
+    const auto renderer = renderer_for(picture);
+    if (!renderer) return;
+    const std::vector<float> particles = ball({0, 0.6, 0}, 0.5);
+    const auto from = [&](double pixels, double distance) {
+        const double pixel = 2 * distance * std::tan(6 * EIGEN_PI / 180) / picture.height;
+        const Vec3d middle(-0.32, 0.92, 0.2 - pixels * pixel);  // on its face; the sun stands in −x
+        return renderer->draw({particles, {}, spacing}, {},
+                              Camera{middle + Vec3d(-distance, 0, 0), middle, 12}, 0);
+    };
+    constexpr int shift = 6;
+    const std::vector<int> here = sparks(from(0, 1)), there = sparks(from(shift, 1)),
+                           far = sparks(from(0, 12));
+    const std::size_t pixels = std::size_t(picture.width) * picture.height, count = here.size() / 2;
+    CAPTURE(count, there.size() / 2, far.size() / 2);
+    CHECK(count > pixels / 2000);
+    CHECK(count < pixels / 50);
+    CHECK(far.size() < here.size() / 4);
+    std::size_t stayed = 0, in_both = 0;
+    for (std::size_t a = 0; a < here.size(); a += 2) {
+        const int x = here[a] + shift;  // the camera looks along +x: its right is +z
+        if (x > picture.width - 5) continue;
+        ++in_both;
+        bool found = false;
+        for (std::size_t b = 0; b < there.size(); b += 2)
+            found = found || std::max(std::abs(there[b] - x), std::abs(there[b + 1] - here[a + 1])) <= 1;
+        stayed += found;
+    }
+    CAPTURE(stayed, in_both);
+    CHECK(stayed > 0.7 * static_cast<double>(in_both));
+}
+
 TEST_CASE("preview is final with less care", "[renderer]") {
     const auto preview = renderer_for(small_picture(Quality::preview));
     if (!preview) return;
