@@ -187,8 +187,6 @@ Sampler make_depth_reader(int unit) {
 
 Sampler make_mipmap_reader() { return make_reader(GL_LINEAR_MIPMAP_NEAREST, GL_LINEAR); }
 
-Sampler make_linear_reader() { return make_clamped_reader(GL_LINEAR); }
-
 Texture make_volume_texture() { return make_texture(GL_TEXTURE_3D, GL_LINEAR, GL_CLAMP_TO_EDGE); }
 
 Texture make_tile_texture(int size, const std::uint8_t* texels) {

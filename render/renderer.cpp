@@ -13,6 +13,7 @@ Effort effort_of(Quality quality) {
         case Quality::draft:
             return {.edge = 0.5,
                     .least_radius = 1.5f,
+                    .least_thrower = 1.7f,
                     .shadow_size = 512,
                     .shadow_taps = 8,
                     .children = 0,
@@ -22,6 +23,7 @@ Effort effort_of(Quality quality) {
         case Quality::preview:
             return {.edge = 1,
                     .least_radius = 1.3f,
+                    .least_thrower = 2.0f,
                     .shadow_size = 1024,
                     .shadow_taps = 10,
                     .children = 8,
@@ -31,6 +33,7 @@ Effort effort_of(Quality quality) {
         default:
             return {.edge = 2,
                     .least_radius = 0.8f,
+                    .least_thrower = 1.7f,
                     .shadow_size = 2048,
                     .shadow_taps = 16,
                     .children = 10,
@@ -119,6 +122,10 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
         moments = make_texture_2d(GL_RGBA16F, width, height);
         moments_target = make_framebuffer("light (RGBA16F)", {&moments});
     }
+    if (effort.edge < 1) {
+        small = make_texture_2d(GL_RGBA8, inner.x(), inner.y());
+        small_target = make_framebuffer("a picture (RGBA8)", {&small});
+    }
     developed = make_texture_2d(GL_RGBA8, picture.width, picture.height);
     developed_target = make_framebuffer("a picture (RGBA8)", {&developed});
     check_gl("set-up");
@@ -177,21 +184,27 @@ void Renderer::Passes::add_moment(int count, bool first) {
     check_gl("moments");
 }
 
+/// A picture of fewer samples than pixels is enlarged when its light is already in 8 bits: so many fewer are to be
+/// converted.
 void Renderer::Passes::resolve() {
-    glBindFramebuffer(GL_FRAMEBUFFER, developed_target.id());
-    glViewport(0, 0, picture.width, picture.height);
-    const Program& program = effort.edge < 1 ? enlarge_program : resolve_program;
-    program.use();
-    program.set("light", 0);
-    program.set("margin", margin);
-    program.set("edge", static_cast<int>(effort.edge));
-    program.set("size", Eigen::Vector2f(picture.width, picture.height));
-    program.set("scale", static_cast<float>(effort.edge));
+    const int edge = std::max(static_cast<int>(effort.edge), 1);
+    const Eigen::Vector2i size = effort.edge < 1 ? samples_of(picture, effort.edge, 0)
+                                                 : Eigen::Vector2i(picture.width, picture.height);
+    glBindFramebuffer(GL_FRAMEBUFFER, (effort.edge < 1 ? small_target : developed_target).id());
+    glViewport(0, 0, size.x(), size.y());
+    resolve_program.use();
+    resolve_program.set("light", 0);
+    resolve_program.set("margin", margin);
+    resolve_program.set("edge", edge);
     bind_texture(0, GL_TEXTURE_2D, *picture_light);
     glBindVertexArray(no_array.id());
-    if (effort.edge < 1) glBindSampler(0, linear_reader.id());
     glDrawArrays(GL_TRIANGLES, 0, 3);
-    glBindSampler(0, 0);
+    if (effort.edge < 1) {
+        glBindFramebuffer(GL_READ_FRAMEBUFFER, small_target.id());
+        glBindFramebuffer(GL_DRAW_FRAMEBUFFER, developed_target.id());
+        glBlitFramebuffer(0, 0, size.x(), size.y(), 0, 0, picture.width, picture.height, GL_COLOR_BUFFER_BIT, GL_LINEAR);
+        glBindFramebuffer(GL_FRAMEBUFFER, developed_target.id());
+    }
     check_gl("resolve");
 }
 

@@ -31,7 +31,7 @@ struct Splats {
     std::size_t far_lit = 0;        ///< and from here on all are lit;
     std::size_t seen = 0;           ///< so many may be seen.
     float nearest = INFINITY;       ///< depth of the nearest of those [m].
-    std::vector<SprayPoint> spray;  ///< each twice: for both ends of a line.
+    std::vector<SprayPoint> spray;
 };
 
 /// How far sight goes in snow: cells through which it does not, in bytes, and whether a block of 4³ has any.
@@ -47,12 +47,18 @@ struct Cover {
                 float from_cells = 1) const;
 };
 
+/// Where particles are smaller than the radii, fewer and larger splats stand for them.
+struct SplatDetail {
+    float radius = 0;   ///< of what may be seen [samples].
+    float thrower = 0;  ///< of what only throws shadows [m].
+};
+
 /// The particles that can be seen or throw a shadow: those inside unbroken snow are left out, and one large
 /// splat fills every cell of the innermost layer, so that nothing shines through between the outer ones.
 /// `soft` is the smoothed density, which tells snow from spray; a splat wider than `near_radius` [samples] is
-/// near; particles narrower than `least_radius` are stood for by some of them that are.
+/// near.
 Splats visible_splats(const ParticleView&, const Density&, const Density& soft, const View&,
-                      const Eigen::Vector3f& to_sun, float near_radius, float least_radius = 0);
+                      const Eigen::Vector3f& to_sun, float near_radius, const SplatDetail& = {});
 
 /// Whether snow lies in front of a splat, as seen from the eye; that within `from_cells` does not count.
 bool is_covered(const Eigen::Vector3f& splat, const Eigen::Vector3f& eye, const Cover&, float from_cells = 1);
