@@ -185,7 +185,7 @@ Sampler make_depth_reader(int unit) {
     return sampler;
 }
 
-Sampler make_mipmap_reader() { return make_reader(GL_LINEAR_MIPMAP_NEAREST, GL_LINEAR); }
+Sampler make_mipmap_reader(GLint minify) { return make_reader(minify, GL_LINEAR); }
 
 Texture make_volume_texture() { return make_texture(GL_TEXTURE_3D, GL_LINEAR, GL_CLAMP_TO_EDGE); }
 

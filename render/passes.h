@@ -121,6 +121,7 @@ struct Renderer::Passes {
     Picture picture;
     Effort effort;
     int margin = 0;  ///< [samples]
+    Eigen::Vector2i developed_size;  ///< what is read back [pixels]; of a draft a half each way.
     float max_point_size = 1;
 
     Buffer splats = make_buffer(), spray = make_buffer(), mesh = make_buffer(), nodes = make_buffer();
@@ -130,16 +131,17 @@ struct Renderer::Passes {
                 mesh_array = make_vertex_array(mesh, {3, 3}), no_array = make_vertex_array(mesh, {}),
                 node_array = make_vertex_array(nodes, {3});
     Texture relief = make_tile_texture(Relief::size, snow_relief().texels.data());
-    Sampler quick_reader = make_mipmap_reader();  ///< of the relief, where a step between sizes does not show.
+    Sampler quick_reader =  ///< of the relief, where a step between sizes does not show, or in a draft one between texels.
+        make_mipmap_reader(effort.edge < 1 ? GL_NEAREST_MIPMAP_NEAREST : GL_LINEAR_MIPMAP_NEAREST);
     Sampler depth_reader = make_depth_reader(unit_shadow_depths);
     Texture shadow_all, shadow_bodies, spray_shadow, shadow_blocks[2], shadow_bounds, snow_outward = make_volume_texture(),
                                                      snow_light = make_volume_texture();
-    Texture depth_buffer, surface, depth, smooth_depths[3], light, blurred, moments, values, palette, small, developed;
+    Texture depth_buffer, surface, depth, smooth_depths[3], light, blurred, moments, values, palette, developed;
     std::map<std::pair<std::string, std::array<int, 4>>, Program> shading_programs;  ///< made when they are first needed.
     const Texture *fine = nullptr, *wide = nullptr;  ///< of them: over a grain, over a lump.
     Framebuffer shadow_all_target, shadow_bodies_target, spray_shadow_target, shadow_blocks_target[2],
         shadow_bounds_target, surface_target,
-        smooth_target[3], light_target, blurred_target, moments_target, small_target, developed_target;
+        smooth_target[3], light_target, blurred_target, moments_target, developed_target;
     const Texture* picture_light = nullptr;  ///< what is to be resolved.
     Program shadow_mesh_program{{"shadow_mesh.vert"}, {"shadow_mesh.frag"}},
         shadow_splat_program{{"shadow_splat.vert"}, {"shadow_splat.frag"}},

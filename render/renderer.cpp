@@ -1,6 +1,7 @@
 #include "render/renderer.h"
 
 #include "render/colour_map.h"
+#include "render/doubled.h"
 #include "render/gl_limits.h"
 #include "render/passes.h"
 
@@ -12,8 +13,8 @@ Effort effort_of(Quality quality) {
     switch (quality) {
         case Quality::draft:
             return {.edge = 0.5,
-                    .least_radius = 1.5f,
-                    .least_thrower = 1.7f,
+                    .least_radius = 1.75f,
+                    .least_thrower = 2.0f,
                     .shadow_size = 512,
                     .shadow_taps = 8,
                     .children = 0,
@@ -122,11 +123,8 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
         moments = make_texture_2d(GL_RGBA16F, width, height);
         moments_target = make_framebuffer("light (RGBA16F)", {&moments});
     }
-    if (effort.edge < 1) {
-        small = make_texture_2d(GL_RGBA8, inner.x(), inner.y());
-        small_target = make_framebuffer("a picture (RGBA8)", {&small});
-    }
-    developed = make_texture_2d(GL_RGBA8, picture.width, picture.height);
+    developed_size = effort.edge < 1 ? inner : Eigen::Vector2i(picture.width, picture.height);
+    developed = make_texture_2d(GL_RGBA8, developed_size.x(), developed_size.y());
     developed_target = make_framebuffer("a picture (RGBA8)", {&developed});
     check_gl("set-up");
 }
@@ -184,43 +182,32 @@ void Renderer::Passes::add_moment(int count, bool first) {
     check_gl("moments");
 }
 
-/// A picture of fewer samples than pixels is enlarged when its light is already in 8 bits: so many fewer are to be
-/// converted.
 void Renderer::Passes::resolve() {
-    const int edge = std::max(static_cast<int>(effort.edge), 1);
-    const Eigen::Vector2i size = effort.edge < 1 ? samples_of(picture, effort.edge, 0)
-                                                 : Eigen::Vector2i(picture.width, picture.height);
-    glBindFramebuffer(GL_FRAMEBUFFER, (effort.edge < 1 ? small_target : developed_target).id());
-    glViewport(0, 0, size.x(), size.y());
+    glBindFramebuffer(GL_FRAMEBUFFER, developed_target.id());
+    glViewport(0, 0, developed_size.x(), developed_size.y());
     resolve_program.use();
     resolve_program.set("light", 0);
     resolve_program.set("margin", margin);
-    resolve_program.set("edge", edge);
+    resolve_program.set("edge", std::max(static_cast<int>(effort.edge), 1));
     bind_texture(0, GL_TEXTURE_2D, *picture_light);
     glBindVertexArray(no_array.id());
     glDrawArrays(GL_TRIANGLES, 0, 3);
-    if (effort.edge < 1) {
-        glBindFramebuffer(GL_READ_FRAMEBUFFER, small_target.id());
-        glBindFramebuffer(GL_DRAW_FRAMEBUFFER, developed_target.id());
-        glBlitFramebuffer(0, 0, size.x(), size.y(), 0, 0, picture.width, picture.height, GL_COLOR_BUFFER_BIT, GL_LINEAR);
-        glBindFramebuffer(GL_FRAMEBUFFER, developed_target.id());
-    }
     check_gl("resolve");
 }
 
 /// OpenGL's rows come from below.
 Image Renderer::Passes::read_back() {
-    const auto width = static_cast<std::size_t>(picture.width),
-               height = static_cast<std::size_t>(picture.height);
+    const auto width = static_cast<std::size_t>(developed_size.x()),
+               height = static_cast<std::size_t>(developed_size.y());
     std::vector<std::uint8_t> rgba(4 * width * height);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glReadPixels(0, 0, picture.width, picture.height, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
+    glReadPixels(0, 0, developed_size.x(), developed_size.y(), GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
     check_gl("read-back");
-    Image image{picture.width, picture.height, std::vector<std::uint8_t>(3 * width * height)};
+    Image image{developed_size.x(), developed_size.y(), std::vector<std::uint8_t>(3 * width * height)};
     for (std::size_t y = 0; y < height; ++y)
         for (std::size_t x = 0; x < width; ++x)
             std::copy_n(&rgba[4 * ((height - 1 - y) * width + x)], 3, &image.pixels[3 * (y * width + x)]);
-    return image;
+    return effort.edge < 1 ? doubled(image, picture.width, picture.height) : image;
 }
 
 }  // namespace firn

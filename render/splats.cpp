@@ -55,6 +55,14 @@ Cover::Cover(const Density& density)
                 std::uint8_t* block = &any[(static_cast<std::size_t>(b) * blocks.y() + j / 4) * blocks.x()];
                 for (int i = 0; i < size.x(); ++i) block[i / 4] |= to[i];
             }
+    for (int k = 0; k < blocks.z(); ++k)
+        for (int j = 0; j < blocks.y(); ++j)
+            for (int i = 0; i < blocks.x(); ++i)
+                if (any[(static_cast<std::size_t>(k) * blocks.y() + j) * blocks.x() + i]) {
+                    const Eigen::Vector3i lower = 4 * Eigen::Vector3i(i, j, k);
+                    filled.extend(lower.cast<float>());
+                    filled.extend((lower.array() + 4).min(size.array()).cast<float>().matrix());
+                }
 }
 
 /// The face of snow, which has half its density, does not count: one may look along it.
@@ -62,8 +70,8 @@ bool Cover::covers(const Vector3f& x, const Vector3f& direction, float distance,
     const Vector3f u = (x - origin) / cell, d = direction;
     float end = std::min(distance / cell, static_cast<float>(size.sum()));
     for (int a = 0; a < 3; ++a) {
-        if (d[a] > 1e-6f) end = std::min(end, (static_cast<float>(size[a]) - u[a]) / d[a]);
-        if (d[a] < -1e-6f) end = std::min(end, -u[a] / d[a]);
+        if (d[a] > 1e-6f) end = std::min(end, (filled.max()[a] - u[a]) / d[a]);
+        if (d[a] < -1e-6f) end = std::min(end, (filled.min()[a] - u[a]) / d[a]);
         if (!(u[a] >= 0 && u[a] < static_cast<float>(size[a]))) return false;
     }
     int sum = 0;
@@ -286,7 +294,8 @@ Splats visible_splats(const ParticleView& particles, const Density& density, con
             const Vector3f x(at[0], at[1], at[2]);
             // A share of the particles, the same in every frame, covers as much [Cook et al. 2007].
             const float hash = hash_of(static_cast<std::uint32_t>(p)),
-                        wanted = std::max(covered & from_eye ? wanted_to_throw : wanted_per_metre * (x - view.eye).norm(), 1.0f);
+                        by_eye = wanted_per_metre * (x - view.eye).norm(),
+                        wanted = std::max({1.0f, by_eye, covered & from_eye ? wanted_to_throw : 0.0f});
             const bool kept = kept_by(hash) * wanted * wanted <= 1;
             if (kind == whole) {
                 if (kept) add(splat_of(p, radius_of(particles.spacing, 1, hash) * wanted, hash), covered);

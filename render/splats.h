@@ -2,6 +2,8 @@
 #include "render/density.h"
 #include "render/view.h"
 
+#include <Eigen/Geometry>
+
 #include <cmath>
 
 namespace firn {
@@ -40,6 +42,7 @@ struct Cover {
     float cell;
     Eigen::Vector3i size, blocks;
     std::vector<std::uint8_t> cells, any;
+    Eigen::AlignedBox3f filled;  ///< holds all blocks that have any [cells].
 
     explicit Cover(const Density&);
     /// Whether two cells of unbroken snow, or more of looser, lie before a point, up to a distance [m].
