@@ -59,8 +59,8 @@ Texture make_depth_stencil_texture(int width, int height);
 Texture make_shadow_texture(int size);
 /// Reads such a texture as plain numbers, wherever it is bound at that unit.
 Sampler make_depth_reader(int unit);
-/// Reads a tile as told where it is made smaller.
-Sampler make_mipmap_reader(GLint minify);
+/// Reads a tile from the nearest of its smaller versions alone.
+Sampler make_mipmap_reader();
 /// Empty 3D texture; linear, clamped.
 Texture make_volume_texture();
 /// RGBA, 8 bits a channel, with all its smaller versions; linear, repeats.

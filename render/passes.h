@@ -131,8 +131,7 @@ struct Renderer::Passes {
                 mesh_array = make_vertex_array(mesh, {3, 3}), no_array = make_vertex_array(mesh, {}),
                 node_array = make_vertex_array(nodes, {3});
     Texture relief = make_tile_texture(Relief::size, snow_relief().texels.data());
-    Sampler quick_reader =  ///< of the relief, where a step between sizes does not show, or in a draft one between texels.
-        make_mipmap_reader(effort.edge < 1 ? GL_NEAREST_MIPMAP_NEAREST : GL_LINEAR_MIPMAP_NEAREST);
+    Sampler quick_reader = make_mipmap_reader();  ///< of the relief, where a step between sizes does not show.
     Sampler depth_reader = make_depth_reader(unit_shadow_depths);
     Texture shadow_all, shadow_bodies, spray_shadow, shadow_blocks[2], shadow_bounds, snow_outward = make_volume_texture(),
                                                      snow_light = make_volume_texture();
