@@ -156,12 +156,12 @@ struct HiddenCells {
 template <class Add>
 void add_plugs(const Density& density, const std::vector<std::uint8_t>& cells, const Field& values, int k,
                Add add) {
-    const Eigen::Vector3i n = density.rho.size;
+    const Eigen::Vector3i size = density.rho.size;
     const auto inner = [&](int i, int j, int l) {
         return cells[density.rho.index(i, j, l)] == enclosed;
     };
-    for (int j = 1; j < n.y() - 1; ++j)
-        for (int i = 1; i < n.x() - 1; ++i) {
+    for (int j = 1; j < size.y() - 1; ++j)
+        for (int i = 1; i < size.x() - 1; ++i) {
             if (!inner(i, j, k)) continue;
             const bool deep = inner(i - 1, j, k) && inner(i + 1, j, k) && inner(i, j - 1, k) &&
                               inner(i, j + 1, k) && inner(i, j, k - 1) && inner(i, j, k + 1);

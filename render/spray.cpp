@@ -10,12 +10,14 @@ namespace {
 enum Grains { points, either, lines };
 
 /// As shaders/spray.vert has it for each grain, whose radius and place are known to a few per cent here.
-Grains grains_of(const SprayPoint& point, const View& view, float spacing, float shutter, float least_radius) {
-    const Eigen::Vector3f at = view.basis.transpose() * (Eigen::Vector3f(point.x, point.y, point.z) - view.eye);
+Grains grains_of(const SprayPoint& point, const View& view, float spacing, float shutter,
+                 float least_radius) {
+    const Eigen::Vector3f at =
+        view.basis.transpose() * (Eigen::Vector3f(point.x, point.y, point.z) - view.eye);
     if (at.z() < std::max(40 * spacing, view.near_depth)) return either;
     const float sample_width = at.z() * view.sample_tan;
-    const Eigen::Vector3f way =
-        view.basis.transpose() * Eigen::Vector3f(point.vx, point.vy, point.vz) * (0.5f * shutter / sample_width);
+    const Eigen::Vector3f way = view.basis.transpose() * Eigen::Vector3f(point.vx, point.vy, point.vz) *
+                                (0.5f * shutter / sample_width);
     const float length = (way.head<2>() - way.z() / at.z() * at.head<2>()).norm();
     if (length < 1.8f * std::max(0.07f * spacing / sample_width, least_radius)) return points;
     return length > 2.2f * std::max(0.23f * spacing / sample_width, least_radius) ? lines : either;
