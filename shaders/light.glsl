@@ -50,17 +50,15 @@ vec3 bounds_near(vec3 at) {
 const mat2 golden = mat2(-0.7373688, 0.6754903, -0.6754903, -0.7373688);  // a turn by the golden angle: spreads evenly
 
 // Software that draws takes every branch, but leaves a loop as soon as it can: loops of one turn stand for branches.
-// `slope`: of the surface's depth in the map. What lies in its own plane is nothing that stands before it.
-float half_shade(vec3 at, vec2 slope, float least_radius, float width) {
+float half_shade(vec3 at, float least_radius, float width) {
     const float sun_radius = 0.022;    // tangent of half its angle, with the haze
     float scale = 0.5 * length(shadow_matrix[0].xyz);
     float search = min(max(least_radius, sun_radius * at.z * shadow_span), shadow_reach);
     vec2 turn = turn_at(at.xy, width);
     float gaps = 0.0, blockers = 0.0;
     for (int i = 0; i < 8; ++i) {
-        vec2 offset = scale * search * sqrt((float(i) + 0.5) / 8.0) * turn;
-        float depth = texture(shadow_depths, at.xy + offset).r;
-        if (at.z + dot(slope, offset) > depth) gaps += max(at.z - depth, 0.0), blockers += 1.0;
+        float gap = at.z - texture(shadow_depths, at.xy + scale * search * sqrt((float(i) + 0.5) / 8.0) * turn).r;
+        if (gap > 0.0) gaps += gap, blockers += 1.0;
         turn = golden * turn;
     }
     float radius = clamp(sun_radius * shadow_span * gaps / max(blockers, 1.0), least_radius, search);
@@ -77,15 +75,11 @@ float half_shade(vec3 at, vec2 slope, float least_radius, float width) {
 
 // Share of the sun that is seen: its disc, and the haze about it, make shade softer the farther it falls. It does not
 // matter where the sun does not reach the surface anyway, `facing` none of it.
-float sun_visibility(vec3 position, vec3 normal, float facing, float least_radius) {
+float sun_visibility(vec3 position, float facing, float least_radius) {
     vec3 at = shadow_position(position), bounds = bounds_near(at);
     float seen = at.z > bounds.y ? 0.0 : 1.0;
     int unsure = at.z > bounds.x && at.z <= bounds.y && facing > 0.0 ? 1 : 0;
-    for (int once = 0; once < unsure; ++once) {
-        vec3 n = mat3(shadow_matrix) * normal;
-        vec2 slope = n.xy / max(-n.z, 0.4 * length(n));
-        seen = half_shade(at, slope, least_radius, dot(position - eye, basis[2]) * sample_tan);
-    }
+    for (int once = 0; once < unsure; ++once) seen = half_shade(at, least_radius, dot(position - eye, basis[2]) * sample_tan);
     return seen;
 }
 

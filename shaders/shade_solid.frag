@@ -24,7 +24,7 @@ void main() {
 
     vec3 lifted = position + 1.5 * shadow_texel * face;  // or it would lie in its own shade
     float facing = max(dot(m.normal, to_sun), 0.0) * smoothstep(0.0, 0.05, dot(face, to_sun));
-    float direct = facing * sun_visibility(lifted, face, facing, 1.5 * shadow_texel) * spray_transmittance(lifted);
+    float direct = facing * sun_visibility(lifted, facing, 1.5 * shadow_texel) * spray_transmittance(lifted);
     float open = open_to_bodies(position, face);
     float snow_open = light_at(position + spacing * face).a;
     open *= open_sky(snow_open);
