@@ -1,11 +1,8 @@
 #include "render/density.h"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 namespace firn {
 
@@ -110,59 +107,62 @@ Corner corner_of(const Density& density, const Vector3f& x) {
     return {floor.cast<int>(), u - floor, true};
 }
 
-/// Slices of the grid, shared out so that each thread has about as many particles.
-std::vector<int> shared_slices(const Density& density, const ParticleView& particles, int threads) {
-    std::vector<std::size_t> count(density.rho.size.z() + 1, 1);
-    for (std::size_t p = 0; p < particles.size(); p += 64) {
-        const float* x = &particles.x[3 * p];
-        if (drawable(x))
-            ++count[std::clamp((x[2] - density.origin.z()) / density.cell, 0.0f,
-                               float(density.rho.size.z()))];
-    }
-    const std::size_t all = std::accumulate(count.begin(), count.end(), std::size_t(0));
-    std::vector<int> ends{0};
-    std::size_t sum = 0;
-    for (int k = 0; k < density.rho.size.z(); ++k) {
-        sum += count[k];
-        if (sum * threads >= all * ends.size() && static_cast<int>(ends.size()) < threads)
-            ends.push_back(k + 1);
-    }
-    ends.push_back(density.rho.size.z());
-    return ends;
-}
-
-/// Every thread goes through all particles and adds to slices of its own: the order of each sum is that of the
-/// particles, for any number of threads.
-void add_particles(Density& density, const ParticleView& particles, float share) {
-    const std::vector<int> ends = shared_slices(density, particles, std::min(omp_get_max_threads(), 8));
+/// Adds some of the particles: to eight cells each, by where it is between their centres.
+void add_particles(Density& density, const float* x, std::ptrdiff_t count, float share) {
     float* rho = density.rho.values.data();
-    const std::size_t dy = static_cast<std::size_t>(density.rho.size.x()), dz = dy * density.rho.size.y();
+    const std::ptrdiff_t dy = density.rho.size.x(), dz = dy * density.rho.size.y();
     const Vector3f first = density.origin + Vector3f::Constant(0.5f * density.cell);
     const Vector3f last = (density.rho.size.array() - 1).cast<float>();
-    const float per_cell = 1 / density.cell, *x = particles.x.data();
-    const auto count = static_cast<std::ptrdiff_t>(particles.size());
-#pragma omp parallel for schedule(static, 1)
-    for (std::size_t piece = 0; piece < ends.size() - 1; ++piece) {
-        const float lower = static_cast<float>(ends[piece] - 1), upper = static_cast<float>(ends[piece + 1]);
-        for (std::ptrdiff_t p = 0; p < count; ++p) {
-            const float w = (x[3 * p + 2] - first.z()) * per_cell;
-            if (!(w >= lower && w < upper && w >= 0 && w < last.z())) continue;
-            const float u = (x[3 * p] - first.x()) * per_cell, v = (x[3 * p + 1] - first.y()) * per_cell;
-            if (!(u >= 0 && u < last.x() && v >= 0 && v < last.y())) continue;
-            const int i = static_cast<int>(u), j = static_cast<int>(v), k = static_cast<int>(w);
-            const float fu = u - static_cast<float>(i), fv = v - static_cast<float>(j),
-                        fw = w - static_cast<float>(k);
-            float* at = rho + density.rho.index(i, j, k);
-            const auto add_slice = [&](float* slice, float part) {
-                slice[0] += part * (1 - fv) * (1 - fu);
-                slice[1] += part * (1 - fv) * fu;
-                slice[dy] += part * fv * (1 - fu);
-                slice[dy + 1] += part * fv * fu;
-            };
-            if (k >= ends[piece]) add_slice(at, share * (1 - fw));
-            if (k + 1 < ends[piece + 1]) add_slice(at + dz, share * fw);
+    const float per_cell = 1 / density.cell;
+    constexpr std::ptrdiff_t many = 128;
+    std::array<std::int32_t, many> cell;
+    std::array<float, many> fu, fv, fw;
+    for (std::ptrdiff_t start = 0; start < count; start += many) {
+        const std::ptrdiff_t here = std::min(many, count - start);
+        const float* at = x + 3 * start;
+        for (std::ptrdiff_t p = 0; p < here; ++p) {  // as many at once as the processor can
+            const float u = (at[3 * p] - first.x()) * per_cell, v = (at[3 * p + 1] - first.y()) * per_cell,
+                        w = (at[3 * p + 2] - first.z()) * per_cell;
+            const bool inside = (u >= 0) & (u < last.x()) & (v >= 0) & (v < last.y()) & (w >= 0) & (w < last.z());
+            const float u0 = inside ? u : 0, v0 = inside ? v : 0, w0 = inside ? w : 0;
+            const auto i = static_cast<std::int32_t>(u0), j = static_cast<std::int32_t>(v0),
+                       k = static_cast<std::int32_t>(w0);
+            fu[p] = u0 - static_cast<float>(i), fv[p] = v0 - static_cast<float>(j), fw[p] = w0 - static_cast<float>(k);
+            cell[p] = inside ? static_cast<std::int32_t>(k * dz + j * dy + i) : -1;
+        }
+        for (std::ptrdiff_t p = 0; p < here; ++p) {
+            if (cell[p] < 0) continue;
+            float* row = rho + cell[p];
+            const float upper = share * fw[p], lower = share - upper;
+            const float d = upper * fv[p], c = upper - d, b = lower * fv[p], a = lower - b;
+            const float u = fu[p];
+            row[0] += a - a * u, row[1] += a * u;
+            row[dy] += b - b * u, row[dy + 1] += b * u;
+            row[dz] += c - c * u, row[dz + 1] += c * u;
+            row[dz + dy] += d - d * u, row[dz + dy + 1] += d * u;
         }
     }
+}
+
+/// Each part of the particles is added up on its own, then the parts: the same sums for any number of threads.
+void add_particles(Density& density, const ParticleView& particles, float share) {
+    const auto count = static_cast<std::ptrdiff_t>(particles.size());
+    std::array<Density, 4> parts;
+    parts[0] = std::move(density);
+#pragma omp parallel for schedule(static, 1)
+    for (int i = 0; i < 4; ++i) {
+        Density& part = parts[i];
+        if (i > 0) part = {parts[0].origin, parts[0].cell, {parts[0].rho.size, {}}};
+        part.rho.values.assign(part.rho.size.cast<std::size_t>().prod(), 0.0f);
+        const std::ptrdiff_t start = i * count / 4, end = (i + 1) * count / 4;
+        add_particles(part, particles.x.data() + 3 * start, end - start, share);
+    }
+    density = std::move(parts[0]);
+    float* sum = density.rho.values.data();
+    const float *b = parts[1].rho.values.data(), *c = parts[2].rho.values.data(), *d = parts[3].rho.values.data();
+#pragma omp parallel for
+    for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(density.rho.values.size()); ++i)
+        sum[i] = (sum[i] + b[i]) + (c[i] + d[i]);
 }
 
 }  // namespace
@@ -183,8 +183,6 @@ Density density_of(const ParticleView& particles, std::size_t max_cells) {
     density.cell = static_cast<float>(cell);
     density.origin = (((box.lower.cast<double>() / cell).array().floor() - padding) * cell).cast<float>();
     density.rho.size = cells_of(box, cell).cast<int>();
-    density.rho.values.assign(static_cast<std::size_t>(cells_of(box, cell).prod()), 0.0f);
-
     add_particles(density, particles, static_cast<float>(std::pow(particles.spacing / cell, 3)));
     return density;
 }
@@ -240,20 +238,37 @@ Field smoothed(const Field& field) {
     return other;
 }
 
-std::vector<Eigen::Vector4f> outward_of(const Field& rho) {
+Density halved(const Density& density) {
+    const Vector3i fine = density.rho.size, n = (fine.array() + 1) / 2;
+    Density coarse{density.origin, 2 * density.cell, {n, std::vector<float>(n.cast<std::size_t>().prod())}};
+#pragma omp parallel for
+    for (int k = 0; k < fine.z(); ++k)  // every second slice starts a new one: no two threads share a cell
+        for (int j = 0; j < fine.y() && k % 2 == 0; ++j)
+            for (int i = 0; i < fine.x(); ++i)
+                for (int l = k; l < std::min(k + 2, fine.z()); ++l)
+                    coarse.rho.values[coarse.rho.index(i / 2, j / 2, k / 2)] +=
+                        0.125f * density.rho.values[density.rho.index(i, j, l)];
+    return coarse;
+}
+
+std::vector<Eigen::half> outward_of(const Field& rho) {
     const Vector3i n = rho.size;
-    const auto value = [&](int i, int j, int k) {
-        return rho.values[rho.index(std::clamp(i, 0, n.x() - 1), std::clamp(j, 0, n.y() - 1),
-                                    std::clamp(k, 0, n.z() - 1))];
-    };
-    std::vector<Eigen::Vector4f> result(rho.values.size());
+    std::vector<Eigen::half> result(4 * rho.values.size());
 #pragma omp parallel for
     for (int k = 0; k < n.z(); ++k)
-        for (int j = 0; j < n.y(); ++j)
-            for (int i = 0; i < n.x(); ++i)
-                result[rho.index(i, j, k)] = {value(i - 1, j, k) - value(i + 1, j, k),
-                                              value(i, j - 1, k) - value(i, j + 1, k),
-                                              value(i, j, k - 1) - value(i, j, k + 1), value(i, j, k)};
+        for (int j = 0; j < n.y(); ++j) {
+            const auto row = [&](int dj, int dk) {
+                return &rho.values[rho.index(0, std::clamp(j + dj, 0, n.y() - 1), std::clamp(k + dk, 0, n.z() - 1))];
+            };
+            const float *here = row(0, 0), *below = row(-1, 0), *above = row(1, 0), *behind = row(0, -1),
+                        *before = row(0, 1);
+            Eigen::half* to = &result[4 * rho.index(0, j, k)];
+            for (int i = 0; i < n.x(); ++i) {
+                const Eigen::Array4f values(here[std::max(i - 1, 0)] - here[std::min(i + 1, n.x() - 1)],
+                                            below[i] - above[i], behind[i] - before[i], here[i]);
+                Eigen::Map<Eigen::Array<Eigen::half, 4, 1>>(to + 4 * i) = values.cast<Eigen::half>();
+            }
+        }
     return result;
 }
 

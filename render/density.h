@@ -48,7 +48,10 @@ std::vector<std::uint8_t> enclosed_cells(const Field&, float least);
 /// [1 2 1]/4 along each axis.
 Field smoothed(const Field&);
 
-/// Of every cell −∂ρ/∂x, −∂ρ/∂y, −∂ρ/∂z, over two cells, and ρ itself.
-std::vector<Eigen::Vector4f> outward_of(const Field& rho);
+/// The mean of every eight cells, with the same lower corner.
+Density halved(const Density&);
+
+/// Of every cell −∂ρ/∂x, −∂ρ/∂y, −∂ρ/∂z, over two cells, and ρ itself: four numbers of 16 bits, as textures take them.
+std::vector<Eigen::half> outward_of(const Field& rho);
 
 }  // namespace firn

@@ -171,23 +171,16 @@ static Sampler make_reader(GLint minify, GLint magnify) {
     return Sampler(id);
 }
 
-static Sampler make_clamped_reader(GLint filter) {
-    Sampler sampler = make_reader(filter, filter);
+Sampler make_depth_reader(int unit) {
+    Sampler sampler = make_reader(GL_NEAREST, GL_NEAREST);
     glSamplerParameteri(sampler.id(), GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     glSamplerParameteri(sampler.id(), GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    return sampler;
-}
-
-Sampler make_depth_reader(int unit) {
-    Sampler sampler = make_clamped_reader(GL_NEAREST);
     glSamplerParameteri(sampler.id(), GL_TEXTURE_COMPARE_MODE, GL_NONE);
     glBindSampler(static_cast<GLuint>(unit), sampler.id());
     return sampler;
 }
 
 Sampler make_mipmap_reader() { return make_reader(GL_LINEAR_MIPMAP_NEAREST, GL_LINEAR); }
-
-Sampler make_linear_reader() { return make_clamped_reader(GL_LINEAR); }
 
 Texture make_volume_texture() { return make_texture(GL_TEXTURE_3D, GL_LINEAR, GL_CLAMP_TO_EDGE); }
 

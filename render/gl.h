@@ -61,8 +61,6 @@ Texture make_shadow_texture(int size);
 Sampler make_depth_reader(int unit);
 /// Reads a tile from the nearest of its smaller versions alone.
 Sampler make_mipmap_reader();
-/// Reads between texels.
-Sampler make_linear_reader();
 /// Empty 3D texture; linear, clamped.
 Texture make_volume_texture();
 /// RGBA, 8 bits a channel, with all its smaller versions; linear, repeats.

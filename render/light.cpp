@@ -63,19 +63,6 @@ Field thickness_towards(const Density& density, float spacing, const Vector3f& t
     return tau;
 }
 
-Density halved(const Density& density) {
-    const Vector3i fine = density.rho.size, n = (fine.array() + 1) / 2;
-    Density coarse{density.origin, 2 * density.cell, {n, std::vector<float>(n.cast<std::size_t>().prod())}};
-#pragma omp parallel for
-    for (int k = 0; k < fine.z(); ++k)  // every second slice starts a new one: no two threads share a cell
-        for (int j = 0; j < fine.y() && k % 2 == 0; ++j)
-            for (int i = 0; i < fine.x(); ++i)
-                for (int l = k; l < std::min(k + 2, fine.z()); ++l)
-                    coarse.rho.values[coarse.rho.index(i / 2, j / 2, k / 2)] +=
-                        0.125f * density.rho.values[density.rho.index(i, j, l)];
-    return coarse;
-}
-
 namespace {
 
 struct SkyDirection {

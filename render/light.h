@@ -3,9 +3,6 @@
 
 namespace firn {
 
-/// The mean of every eight cells, with the same lower corner.
-Density halved(const Density&);
-
 /// Snow between every cell's centre and a light infinitely far in direction `to_light` (unit): ∫ρ ds, counted
 /// in particle spacings of unbroken snow.
 Field thickness_towards(const Density&, float spacing, const Eigen::Vector3f& to_light);

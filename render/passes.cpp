@@ -99,8 +99,9 @@ void Renderer::Passes::draw_shadows(const Frame& frame) {
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
     glDisable(GL_DEPTH_CLAMP);
-    bound_shadows();
     check_gl("shadows");
+    bound_shadows();
+    check_gl("bounds of shadows");
 }
 
 /// Most of the picture is far from any shade or deep in it: what the map holds nearby tells where.
@@ -333,12 +334,20 @@ void Renderer::Passes::draw_spray(const Frame& frame) {
         program->set("coloured", frame.coloured);
         program->set("shutter", frame.shutter);
         program->set("edge", static_cast<float>(effort.edge));
-        if (program == &streak_program) {
-            glBindVertexArray(spray_line_array.id());
-            glDrawArraysInstanced(GL_LINES, 0, 2 * frame.spray, effort.grains);
-        } else {
+        const auto draw = [&](GLenum what, std::size_t first, std::size_t end, int each) {
+            if (end > first) glDrawArraysInstanced(what, static_cast<GLint>(first), static_cast<GLsizei>(end - first), each);
+        };
+        const SpraySorted::Part &with = frame.spray_with_puffs, &without = frame.spray_without;
+        if (program == &puff_program) {
             glBindVertexArray(spray_array.id());
-            glDrawArraysInstanced(GL_POINTS, 0, frame.spray, program == &puff_program ? 1 : 1 + effort.grains);
+            draw(GL_POINTS, with.first, with.end, 1);
+        } else if (program == &grain_program) {
+            draw(GL_POINTS, with.first, with.points_end, 1 + effort.grains);
+            draw(GL_POINTS, without.first, without.points_end, 1 + effort.grains);
+        } else {
+            glBindVertexArray(spray_line_array.id());
+            draw(GL_LINES, 2 * with.lines, 2 * with.end, effort.grains);
+            draw(GL_LINES, 2 * without.lines, 2 * without.end, effort.grains);
         }
     }
     glDisable(GL_BLEND);

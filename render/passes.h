@@ -5,7 +5,7 @@
 #include "render/relief.h"
 #include "render/renderer.h"
 #include "render/sky.h"
-#include "render/splats.h"
+#include "render/spray.h"
 #include "render/view.h"
 
 #include <array>
@@ -17,6 +17,7 @@ namespace firn {
 struct Effort {
     double edge;      ///< samples along a pixel's edge.
     float least_radius;  ///< [samples] of a splat; where particles are smaller, fewer and larger ones stand for them.
+    float least_thrower;  ///< [texels of the shadow map]: the same of what only throws a shadow.
     int shadow_size;  ///< [texels]
     int shadow_taps;  ///< samples of the shadow map in half-shade.
     int children;     ///< smaller splats about a particle that is near.
@@ -77,6 +78,7 @@ struct Frame {
     Eigen::Vector3f volume_origin, volume_size;  ///< [m]
     GLsizei near_lit_splats, near_splats, far_lit_splats, seen_splats, splats;  ///< in the buffer, as struct Splats.
     GLsizei spray;                               ///< in the buffer
+    SpraySorted::Part spray_with_puffs, spray_without;
     GLsizei vertices;                            ///< in the buffer, without glass
 };
 
@@ -120,6 +122,7 @@ struct Renderer::Passes {
     Picture picture;
     Effort effort;
     int margin = 0;  ///< [samples]
+    Eigen::Vector2i developed_size;  ///< what is read back [pixels]; of a draft a half each way.
     float max_point_size = 1;
 
     Buffer splats = make_buffer(), spray = make_buffer(), mesh = make_buffer(), nodes = make_buffer();
@@ -130,7 +133,6 @@ struct Renderer::Passes {
                 node_array = make_vertex_array(nodes, {3});
     Texture relief = make_tile_texture(Relief::size, snow_relief().texels.data());
     Sampler quick_reader = make_mipmap_reader();  ///< of the relief, where a step between sizes does not show.
-    Sampler linear_reader = make_linear_reader();
     Sampler depth_reader = make_depth_reader(unit_shadow_depths);
     Texture shadow_all, shadow_bodies, spray_shadow, shadow_blocks[2], shadow_bounds, snow_outward = make_volume_texture(),
                                                      snow_light = make_volume_texture();
@@ -155,8 +157,7 @@ struct Renderer::Passes {
         grain_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 0}}},
         streak_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 1}}},
         node_program{{"node.vert"}, {"node.frag"}}, lens_program{{"full_screen.vert"}, {"lens.frag"}},
-        add_program{{"full_screen.vert"}, {"add_moment.frag"}}, resolve_program{{"full_screen.vert"}, {"resolve.frag"}, {{"enlarged", 0}}},
-        enlarge_program{{"full_screen.vert"}, {"resolve.frag"}, {{"enlarged", 1}}};
+        add_program{{"full_screen.vert"}, {"add_moment.frag"}}, resolve_program{{"full_screen.vert"}, {"resolve.frag"}};
 };
 
 }  // namespace firn

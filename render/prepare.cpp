@@ -110,24 +110,30 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     frame.volume_size = density.cell * density.rho.size.cast<float>();
     upload_volume(density, soft, particles.spacing, frame.to_sun);
 
-    const Splats visible =
-        visible_splats(particles, density, soft, frame.view, frame.to_sun, children_from, effort.least_radius,
-                       std::max(1.2f * static_cast<float>(effort.edge), 1.0f));
+    prepare_solids(frame, solids, time);
+    const bool any_snow = std::any_of(density.rho.values.begin(), density.rho.values.end(), [](float rho) { return rho > 0; });
+    const Eigen::AlignedBox3f region = shadowed_region(density, frame.solids, any_snow);
+    const float radius = 0.5f * region.diagonal().norm();
+    frame.shadow = shadow_view(frame.to_sun, region.center(), radius, effort.shadow_size);
+    frame.bodies.reach = 0.3f * radius;
+
+    const Splats visible = visible_splats(particles, density, soft, frame.view, frame.to_sun, children_from,
+                                          {effort.least_radius, effort.least_thrower * frame.shadow.texel,
+                                           std::max(1.2f * static_cast<float>(effort.edge), 1.0f)});
     upload(splats, visible.all.data(), visible.all.size() * sizeof(Splat));
-    upload(spray, visible.spray.data(), visible.spray.size() * sizeof(SprayPoint));
     frame.splats = static_cast<GLsizei>(visible.all.size());
     frame.near_lit_splats = static_cast<GLsizei>(visible.near_lit);
     frame.near_splats = static_cast<GLsizei>(visible.near);
     frame.far_lit_splats = static_cast<GLsizei>(visible.far_lit);
     frame.seen_splats = static_cast<GLsizei>(visible.seen);
-    frame.spray = static_cast<GLsizei>(visible.spray.size() / 2);
     frame.nearest_snow = std::max(visible.nearest, frame.view.near_depth);
 
-    prepare_solids(frame, solids, time);
-    const Eigen::AlignedBox3f region = shadowed_region(density, frame.solids, frame.splats + frame.spray > 0);
-    const float radius = 0.5f * region.diagonal().norm();
-    frame.shadow = shadow_view(frame.to_sun, region.center(), radius, effort.shadow_size);
-    frame.bodies.reach = 0.3f * radius;
+    const SpraySorted sorted =
+        sorted_spray(visible.spray, frame.view, frame.spacing, frame.shutter, effort.edge, effort.puffs);
+    upload(spray, sorted.all.data(), sorted.all.size() * sizeof(SprayPoint));
+    frame.spray = static_cast<GLsizei>(visible.spray.size());
+    frame.spray_with_puffs = sorted.with_puffs;
+    frame.spray_without = sorted.without;
     check_gl("upload");
     return frame;
 }
@@ -136,15 +142,14 @@ void Renderer::Passes::upload_volume(const Density& density, const Density& soft
                                      const Vector3f& to_sun) {
     const Density lit = effort.fine_light ? density : halved(density);
     const std::vector<SnowLight> inside = light_in_snow(lit, spacing, to_sun);
-    const std::vector<Eigen::Vector4f> outward = outward_of(soft.rho);
-    const auto upload_cells = [&](const Texture& texture, const Eigen::Vector3i& n, const float* first) {
-        const std::vector<Eigen::half> cells = halves(first, 4 * n.cast<std::size_t>().prod());
+    const std::vector<Eigen::half> light_cells = halves(inside.data()->sun, 4 * inside.size());
+    const auto upload_cells = [&](const Texture& texture, const Eigen::Vector3i& n, const std::vector<Eigen::half>& cells) {
         bind_texture(0, GL_TEXTURE_3D, texture);
         glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16F, n.x(), n.y(), n.z(), 0, GL_RGBA, GL_HALF_FLOAT,
                      cells.data());
     };
-    upload_cells(snow_outward, soft.rho.size, outward.data()->data());
-    upload_cells(snow_light, lit.rho.size, inside.data()->sun);
+    upload_cells(snow_outward, soft.rho.size, outward_of(soft.rho));
+    upload_cells(snow_light, lit.rho.size, light_cells);
     check_gl("light volume");
 }
 

@@ -1,6 +1,7 @@
 #include "render/renderer.h"
 
 #include "render/colour_map.h"
+#include "render/doubled.h"
 #include "render/gl_limits.h"
 #include "render/passes.h"
 
@@ -12,7 +13,8 @@ Effort effort_of(Quality quality) {
     switch (quality) {
         case Quality::draft:
             return {.edge = 0.5,
-                    .least_radius = 1.5f,
+                    .least_radius = 1.75f,
+                    .least_thrower = 2.0f,
                     .shadow_size = 512,
                     .shadow_taps = 8,
                     .children = 0,
@@ -22,6 +24,7 @@ Effort effort_of(Quality quality) {
         case Quality::preview:
             return {.edge = 1,
                     .least_radius = 1.3f,
+                    .least_thrower = 2.0f,
                     .shadow_size = 1024,
                     .shadow_taps = 10,
                     .children = 8,
@@ -31,6 +34,7 @@ Effort effort_of(Quality quality) {
         default:
             return {.edge = 2,
                     .least_radius = 0.8f,
+                    .least_thrower = 1.7f,
                     .shadow_size = 2048,
                     .shadow_taps = 16,
                     .children = 10,
@@ -119,7 +123,8 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
         moments = make_texture_2d(GL_RGBA16F, width, height);
         moments_target = make_framebuffer("light (RGBA16F)", {&moments});
     }
-    developed = make_texture_2d(GL_RGBA8, picture.width, picture.height);
+    developed_size = effort.edge < 1 ? inner : Eigen::Vector2i(picture.width, picture.height);
+    developed = make_texture_2d(GL_RGBA8, developed_size.x(), developed_size.y());
     developed_target = make_framebuffer("a picture (RGBA8)", {&developed});
     check_gl("set-up");
 }
@@ -179,35 +184,30 @@ void Renderer::Passes::add_moment(int count, bool first) {
 
 void Renderer::Passes::resolve() {
     glBindFramebuffer(GL_FRAMEBUFFER, developed_target.id());
-    glViewport(0, 0, picture.width, picture.height);
-    const Program& program = effort.edge < 1 ? enlarge_program : resolve_program;
-    program.use();
-    program.set("light", 0);
-    program.set("margin", margin);
-    program.set("edge", static_cast<int>(effort.edge));
-    program.set("size", Eigen::Vector2f(picture.width, picture.height));
-    program.set("scale", static_cast<float>(effort.edge));
+    glViewport(0, 0, developed_size.x(), developed_size.y());
+    resolve_program.use();
+    resolve_program.set("light", 0);
+    resolve_program.set("margin", margin);
+    resolve_program.set("edge", std::max(static_cast<int>(effort.edge), 1));
     bind_texture(0, GL_TEXTURE_2D, *picture_light);
     glBindVertexArray(no_array.id());
-    if (effort.edge < 1) glBindSampler(0, linear_reader.id());
     glDrawArrays(GL_TRIANGLES, 0, 3);
-    glBindSampler(0, 0);
     check_gl("resolve");
 }
 
 /// OpenGL's rows come from below.
 Image Renderer::Passes::read_back() {
-    const auto width = static_cast<std::size_t>(picture.width),
-               height = static_cast<std::size_t>(picture.height);
+    const auto width = static_cast<std::size_t>(developed_size.x()),
+               height = static_cast<std::size_t>(developed_size.y());
     std::vector<std::uint8_t> rgba(4 * width * height);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glReadPixels(0, 0, picture.width, picture.height, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
+    glReadPixels(0, 0, developed_size.x(), developed_size.y(), GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
     check_gl("read-back");
-    Image image{picture.width, picture.height, std::vector<std::uint8_t>(3 * width * height)};
+    Image image{developed_size.x(), developed_size.y(), std::vector<std::uint8_t>(3 * width * height)};
     for (std::size_t y = 0; y < height; ++y)
         for (std::size_t x = 0; x < width; ++x)
             std::copy_n(&rgba[4 * ((height - 1 - y) * width + x)], 3, &image.pixels[3 * (y * width + x)]);
-    return image;
+    return effort.edge < 1 ? doubled(image, picture.width, picture.height) : image;
 }
 
 }  // namespace firn

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstdint>
 
 namespace firn {
@@ -21,7 +22,8 @@ float smoothstep(float a, float b, float x) {
 
 /// How whole the snow around a particle is, 0 in the air to 1; ρ is the smoothed density, of which a single
 /// particle makes about 0.03 and the face of unbroken snow has a half.
-float wholeness(float rho) { return smoothstep(0.05f, 0.27f, rho); }
+constexpr float whole_from = 0.27f;
+float wholeness(float rho) { return smoothstep(0.05f, whole_from, rho); }
 
 float radius_of(float spacing, float whole, float hash) {
     return spacing * 0.85f * whole * (0.75f + 0.5f * hash);
@@ -53,6 +55,14 @@ Cover::Cover(const Density& density)
                 std::uint8_t* block = &any[(static_cast<std::size_t>(b) * blocks.y() + j / 4) * blocks.x()];
                 for (int i = 0; i < size.x(); ++i) block[i / 4] |= to[i];
             }
+    for (int k = 0; k < blocks.z(); ++k)
+        for (int j = 0; j < blocks.y(); ++j)
+            for (int i = 0; i < blocks.x(); ++i)
+                if (any[(static_cast<std::size_t>(k) * blocks.y() + j) * blocks.x() + i]) {
+                    const Eigen::Vector3i lower = 4 * Eigen::Vector3i(i, j, k);
+                    filled.extend(lower.cast<float>());
+                    filled.extend((lower.array() + 4).min(size.array()).cast<float>().matrix());
+                }
 }
 
 /// The face of snow, which has half its density, does not count: one may look along it.
@@ -60,8 +70,8 @@ bool Cover::covers(const Vector3f& x, const Vector3f& direction, float distance,
     const Vector3f u = (x - origin) / cell, d = direction;
     float end = std::min(distance / cell, static_cast<float>(size.sum()));
     for (int a = 0; a < 3; ++a) {
-        if (d[a] > 1e-6f) end = std::min(end, (static_cast<float>(size[a]) - u[a]) / d[a]);
-        if (d[a] < -1e-6f) end = std::min(end, -u[a] / d[a]);
+        if (d[a] > 1e-6f) end = std::min(end, (filled.max()[a] - u[a]) / d[a]);
+        if (d[a] < -1e-6f) end = std::min(end, (filled.min()[a] - u[a]) / d[a]);
         if (!(u[a] >= 0 && u[a] < static_cast<float>(size[a]))) return false;
     }
     int sum = 0;
@@ -104,41 +114,54 @@ Field mean_values(const ParticleView& particles, const Density& density) {
     return sum;
 }
 
-/// What particles in a cell are.
-enum Hidden : std::uint8_t { from_eye = 1, from_sun = 2, enclosed = 4 };
+/// What particles in a cell are; `whole`: all in unbroken snow, none is spray.
+enum Hidden : std::uint8_t { from_eye = 1, from_sun = 2, enclosed = 4, whole = 8, not_asked = 16 };
 
-/// Of every cell that has particles. Those are up to a cell's edge nearer than its middle.
-std::vector<std::uint8_t> hidden_cells(const Density& density, const Cover& cover, const Vector3f& eye,
-                                       const Vector3f& to_sun) {
-    constexpr float from_cells = 1.7f;
-    std::vector<std::uint8_t> hidden = enclosed_cells(density.rho, solid);
-    const Eigen::Vector3i n = density.rho.size;
-#pragma omp parallel for schedule(dynamic)
-    for (int k = 0; k < n.z(); ++k)
-        for (int j = 0; j < n.y(); ++j)
-            for (int i = 0; i < n.x(); ++i) {
-                const std::size_t c = density.rho.index(i, j, k);
-                if (hidden[c] || density.rho.values[c] == 0) {
-                    hidden[c] = hidden[c] ? enclosed : 0;
-                    continue;
-                }
-                const Vector3f x = density.origin + density.cell * Vector3f(i + 0.5f, j + 0.5f, k + 0.5f);
-                if (is_covered(x, eye, cover, from_cells)) hidden[c] |= from_eye;
-                if (cover.covers(x, to_sun, INFINITY, from_cells)) hidden[c] |= from_sun;
-            }
-    return hidden;
+std::vector<std::uint8_t> enclosed_or_whole(const Field& rho, const Field& soft) {
+    std::vector<std::uint8_t> cells = enclosed_cells(rho, solid);
+    const std::vector<std::uint8_t> all_whole = enclosed_cells(soft, whole_from);
+    const auto count = static_cast<std::ptrdiff_t>(cells.size());
+#pragma omp parallel for
+    for (std::ptrdiff_t c = 0; c < count; ++c)
+        cells[c] = static_cast<std::uint8_t>(cells[c] ? enclosed : all_whole[c] ? whole : 0);
+    return cells;
 }
+
+/// What snow hides the cells of a cover from, asked when the first particle in one is met. Whichever thread asks first,
+/// the answer is the same.
+struct HiddenCells {
+    const Cover& cover;
+    Vector3f eye, to_sun;
+    std::vector<std::uint8_t> cells = std::vector<std::uint8_t>(cover.cells.size(), not_asked);
+
+    int at(std::int32_t c) {
+        const std::atomic_ref<std::uint8_t> known(cells[c]);
+        std::uint8_t hidden = known.load(std::memory_order_relaxed);
+        if (hidden == not_asked) known.store(hidden = asked(c), std::memory_order_relaxed);
+        return hidden;
+    }
+
+    /// Particles are up to a cell's edge nearer than its middle.
+    std::uint8_t asked(std::int32_t c) const {
+        constexpr float from_cells = 1.7f;
+        const int row = c / cover.size.x();
+        const Eigen::Vector3i cell(c % cover.size.x(), row % cover.size.y(), row / cover.size.y());
+        const Vector3f x = cover.origin + cover.cell * (cell.cast<float>() + Vector3f::Constant(0.5f));
+        return static_cast<std::uint8_t>((is_covered(x, eye, cover, from_cells) ? from_eye : 0) |
+                                         (cover.covers(x, to_sun, INFINITY, from_cells) ? from_sun : 0));
+    }
+};
 
 /// Adds the hidden cells of a slice that touch one which is not: the plugs. Half a cell's diagonal is 0.87.
 template <class Add>
-void add_plugs(const Density& density, const std::vector<std::uint8_t>& hidden, const Field& values, int k,
+void add_plugs(const Density& density, const std::vector<std::uint8_t>& cells, const Field& values, int k,
                Add add) {
-    const Eigen::Vector3i n = density.rho.size;
+    const Eigen::Vector3i size = density.rho.size;
     const auto inner = [&](int i, int j, int l) {
-        return (hidden[density.rho.index(i, j, l)] & enclosed) != 0;
+        return cells[density.rho.index(i, j, l)] == enclosed;
     };
-    for (int j = 1; j < n.y() - 1; ++j)
-        for (int i = 1; i < n.x() - 1; ++i) {
+    for (int j = 1; j < size.y() - 1; ++j)
+        for (int i = 1; i < size.x() - 1; ++i) {
             if (!inner(i, j, k)) continue;
             const bool deep = inner(i - 1, j, k) && inner(i + 1, j, k) && inner(i, j - 1, k) &&
                               inner(i, j + 1, k) && inner(i, j, k - 1) && inner(i, j, k + 1);
@@ -147,6 +170,28 @@ void add_plugs(const Density& density, const std::vector<std::uint8_t>& hidden, 
             add(Splat{x.x(), x.y(), x.z(), 0.62f * density.cell, 0.5f,
                       values.values.empty() ? 0 : values.values[values.index(i, j, k)]});
         }
+}
+
+/// Calls f with each particle and the cell that it is in, or −1 outside.
+template <class F>
+void for_each_in_cells(const Density& density, const float* x, std::size_t first, std::size_t last, F f) {
+    const Vector3f origin = density.origin, size = density.rho.size.cast<float>();
+    const std::int32_t dy = density.rho.size.x(), dz = dy * density.rho.size.y();
+    const float per_cell = 1 / density.cell;
+    std::array<std::int32_t, 128> cell;
+    for (std::size_t start = first; start < last; start += cell.size()) {
+        const auto here = static_cast<std::ptrdiff_t>(std::min(cell.size(), last - start));
+        const float* at = x + 3 * start;
+        for (std::ptrdiff_t p = 0; p < here; ++p) {  // as many at once as the processor can
+            const float u = (at[3 * p] - origin.x()) * per_cell, v = (at[3 * p + 1] - origin.y()) * per_cell,
+                        w = (at[3 * p + 2] - origin.z()) * per_cell;
+            const bool inside = (u >= 0) & (u < size.x()) & (v >= 0) & (v < size.y()) & (w >= 0) & (w < size.z());
+            const int i = static_cast<int>(inside ? u : 0), j = static_cast<int>(inside ? v : 0),
+                      k = static_cast<int>(inside ? w : 0);
+            cell[p] = inside ? k * dz + j * dy + i : -1;
+        }
+        for (std::ptrdiff_t p = 0; p < here; ++p) f(start + p, cell[p]);
+    }
 }
 
 /// Whether a ball may be in the picture.
@@ -204,21 +249,19 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
 }  // namespace
 
 Splats visible_splats(const ParticleView& particles, const Density& density, const Density& soft,
-                      const View& view, const Vector3f& to_sun, float near_radius, float least_radius,
-                      float least_crumb) {
+                      const View& view, const Vector3f& to_sun, float near_radius, const SplatDetail& detail) {
     const Field values = mean_values(particles, density);
     const Cover cover(density);
-    const std::vector<std::uint8_t> hidden = hidden_cells(density, cover, view.eye, to_sun);
-    const Vector3f size = density.rho.size.cast<float>();
-    const float per_cell = 1 / density.cell;
-    const auto hidden_at = [&](const Vector3f& x) -> int {
-        const Vector3f u = per_cell * (x - density.origin);
-        if (!((u.array() >= 0).all() && (u.array() < size.array()).all())) return 0;
-        return hidden[density.rho.index(int(u.x()), int(u.y()), int(u.z()))];
-    };
+    HiddenCells hidden{cover, view.eye, to_sun};
+    const std::vector<std::uint8_t> kinds = enclosed_or_whole(density.rho, soft.rho);
 
-    const float wanted_per_radius = least_radius * view.sample_tan / (0.85f * particles.spacing);
+    const float wanted_per_metre = detail.radius * view.sample_tan / (0.85f * particles.spacing),
+                wanted_to_throw = detail.thrower / (0.85f * particles.spacing);
     const auto kept_by = [](float hash) { return 64 * hash - std::floor(64 * hash); };
+    const auto splat_of = [&](std::size_t p, float radius, float hash) {
+        const float* at = &particles.x[3 * p];
+        return Splat{at[0], at[1], at[2], radius, hash, particles.value.empty() ? 0 : particles.value[p]};
+    };
 
     // Pieces of fixed size, joined in their order: the same splats for every number of threads.
     constexpr std::size_t piece_size = 16384;
@@ -242,7 +285,7 @@ Splats visible_splats(const ParticleView& particles, const Density& density, con
                 (lit ? piece.far_lit : piece.far_unlit).push_back(splat);
         };
         if (i >= particle_pieces) {
-            add_plugs(density, hidden, values, i - particle_pieces + 1, [&](const Splat& plug) {
+            add_plugs(density, kinds, values, i - particle_pieces + 1, [&](const Splat& plug) {
                 const Vector3f x(plug.x, plug.y, plug.z);
                 add(plug, (is_covered(x, view.eye, cover) ? from_eye : 0) |
                               (cover.covers(x, to_sun, INFINITY) ? from_sun : 0));
@@ -250,31 +293,36 @@ Splats visible_splats(const ParticleView& particles, const Density& density, con
             continue;
         }
         const std::size_t first = i * piece_size, last = std::min(particles.size(), first + piece_size);
-        for (std::size_t p = first; p < last; ++p) {
+        for_each_in_cells(density, particles.x.data(), first, last, [&](std::size_t p, std::int32_t cell) {
+            const int kind = cell < 0 ? 0 : kinds[cell];
+            if (kind == enclosed) return;
+            const int covered = cell < 0 ? 0 : hidden.at(cell);
+            if (covered == (from_eye | from_sun)) return;
             const float* at = &particles.x[3 * p];
+            if (!drawable(at)) return;
             const Vector3f x(at[0], at[1], at[2]);
-            if (!drawable(at)) continue;
-            const int covered = hidden_at(x);
-            if (covered >= (from_eye | from_sun)) continue;
             // A share of the particles, the same in every frame, covers as much [Cook et al. 2007].
             const float hash = hash_of(static_cast<std::uint32_t>(p)),
-                        wanted = wanted_per_radius * (x - view.eye).norm(),
-                        share = wanted > 1 ? 1 / (wanted * wanted) : 1;
-            const float rho = soft.at(x), whole = wholeness(rho), flying = flight(particles, p);
+                        by_eye = wanted_per_metre * (x - view.eye).norm(),
+                        wanted = std::max({1.0f, by_eye, covered & from_eye ? wanted_to_throw : 0.0f});
+            const bool kept = kept_by(hash) * wanted * wanted <= 1;
+            if (kind == whole) {
+                if (kept) add(splat_of(p, radius_of(particles.spacing, 1, hash) * wanted, hash), covered);
+                return;
+            }
+            const float rho = soft.at(x), solid_share = wholeness(rho), flying = flight(particles, p);
             const float crumb = radius_of(particles.spacing, crumb_share(hash) * (1 - flying), hash);
-            const bool sprayed = whole < crumb_share(hash) * (1 - flying) &&
-                                 crumb < least_crumb * view.sample_tan * view.basis.col(2).dot(x - view.eye);
-            if (const float amount = (1 - whole) * (0.5f + 0.5f * flying); amount > 0.15f) {
+            const bool sprayed = solid_share < crumb_share(hash) * (1 - flying) &&
+                                 crumb < detail.crumb * view.sample_tan * view.basis.col(2).dot(x - view.eye);
+            if (const float amount = (1 - solid_share) * (0.5f + 0.5f * flying); amount > 0.15f) {
                 SprayPoint point = spray_point(particles, p, amount, 1 - smoothstep(0.03f, 0.10f, rho), hash);
                 point.crumb = sprayed ? crumb : 0;
-                piece.spray.resize(piece.spray.size() + 2, point);
+                piece.spray.push_back(point);
             }
-            if (const float radius = std::max(radius_of(particles.spacing, whole, hash), crumb);
-                radius > 0.017f * particles.spacing && kept_by(hash) <= share)
-                add({at[0], at[1], at[2], radius * std::max(wanted, 1.0f), hash,
-                     particles.value.empty() ? 0 : particles.value[p]},
-                    covered | (sprayed ? from_eye : 0));
-        }
+            if (const float radius = std::max(radius_of(particles.spacing, solid_share, hash), crumb);
+                radius > 0.017f * particles.spacing && kept)
+                add(splat_of(p, radius * wanted, hash), covered | (sprayed ? from_eye : 0));
+        });
     }
 
     Splats splats;

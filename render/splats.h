@@ -2,6 +2,8 @@
 #include "render/density.h"
 #include "render/view.h"
 
+#include <Eigen/Geometry>
+
 #include <cmath>
 
 namespace firn {
@@ -32,7 +34,7 @@ struct Splats {
     std::size_t far_lit = 0;        ///< and from here on all are lit;
     std::size_t seen = 0;           ///< so many may be seen.
     float nearest = INFINITY;       ///< depth of the nearest of those [m].
-    std::vector<SprayPoint> spray;  ///< each twice: for both ends of a line.
+    std::vector<SprayPoint> spray;
 };
 
 /// How far sight goes in snow: cells through which it does not, in bytes, and whether a block of 4³ has any.
@@ -41,6 +43,7 @@ struct Cover {
     float cell;
     Eigen::Vector3i size, blocks;
     std::vector<std::uint8_t> cells, any;
+    Eigen::AlignedBox3f filled;  ///< holds all blocks that have any [cells].
 
     explicit Cover(const Density&);
     /// Whether two cells of unbroken snow, or more of looser, lie before a point, up to a distance [m].
@@ -48,14 +51,19 @@ struct Cover {
                 float from_cells = 1) const;
 };
 
+/// Where particles are smaller than the radii, fewer and larger splats stand for them.
+struct SplatDetail {
+    float radius = 0;   ///< of what may be seen [samples].
+    float thrower = 0;  ///< of what only throws shadows [m].
+    float crumb = 0;    ///< of lone ones that are spray to the eye if narrower: a splat's edge is too sharp [samples].
+};
+
 /// The particles that can be seen or throw a shadow: those inside unbroken snow are left out, and one large
 /// splat fills every cell of the innermost layer, so that nothing shines through between the outer ones.
 /// `soft` is the smoothed density, which tells snow from spray; a splat wider than `near_radius` [samples] is
-/// near; particles narrower than `least_radius` are stood for by some of them that are, and crumbs narrower than
-/// `least_crumb` are spray to the eye: a splat's edge is too sharp for them.
+/// near.
 Splats visible_splats(const ParticleView&, const Density&, const Density& soft, const View&,
-                      const Eigen::Vector3f& to_sun, float near_radius, float least_radius = 0,
-                      float least_crumb = 0);
+                      const Eigen::Vector3f& to_sun, float near_radius, const SplatDetail& = {});
 
 /// Whether snow lies in front of a splat, as seen from the eye; that within `from_cells` does not count.
 bool is_covered(const Eigen::Vector3f& splat, const Eigen::Vector3f& eye, const Cover&, float from_cells = 1);

@@ -73,11 +73,12 @@ float half_shade(vec3 at, float least_radius, float width) {
     return dark ? 0.0 : blockers == 0.0 ? 1.0 : sum / float(shadow_taps);
 }
 
-// Share of the sun that is seen: its disc, and the haze about it, make shade softer the farther it falls.
-float sun_visibility(vec3 position, float least_radius) {
+// Share of the sun that is seen: its disc, and the haze about it, make shade softer the farther it falls. It does not
+// matter where the sun does not reach the surface anyway, `facing` none of it.
+float sun_visibility(vec3 position, float facing, float least_radius) {
     vec3 at = shadow_position(position), bounds = bounds_near(at);
     float seen = at.z > bounds.y ? 0.0 : 1.0;
-    int unsure = at.z > bounds.x && at.z <= bounds.y ? 1 : 0;
+    int unsure = at.z > bounds.x && at.z <= bounds.y && facing > 0.0 ? 1 : 0;
     for (int once = 0; once < unsure; ++once) seen = half_shade(at, least_radius, dot(position - eye, basis[2]) * sample_tan);
     return seen;
 }

@@ -1,9 +1,7 @@
 // From samples to pixels, in linear light, and from there to sRGB.
 uniform sampler2D light;
 uniform int margin;                // [samples]
-uniform int edge;                  // samples along a pixel's edge,
-uniform float scale;               // or a share of one where the constant `enlarged` is 1
-uniform vec2 size;                 // of the picture
+uniform int edge;                  // samples along a pixel's edge
 
 out vec4 out_colour;
 
@@ -21,12 +19,6 @@ float dither(ivec2 pixel) {
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     vec3 sum = vec3(0.0);
-    if (enlarged == 1) {
-        vec2 all = vec2(textureSize(light, 0));
-        sum = texture(light, 0.5 + (gl_FragCoord.xy - 0.5 * size) * scale / all).rgb;
-        out_colour = vec4(srgb(sum) + dither(pixel) / 255.0, 1.0);
-        return;
-    }
     for (int i = 0; i < edge; ++i)
         for (int j = 0; j < edge; ++j) sum += texelFetch(light, margin + pixel * edge + ivec2(i, j), 0).rgb;
     out_colour = vec4(srgb(sum / float(edge * edge)) + dither(pixel) / 255.0, 1.0);

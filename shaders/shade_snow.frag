@@ -69,7 +69,7 @@ void main() {
     vec4 light = light_at(position + spacing * normal);
     float facing = clamp((dot(normal, to_sun) + wrap) / (1.0 + wrap), 0.0, 1.0);
     float thin = sqrt(spray_transmittance(lifted));  // half of the cloud lies behind
-    float direct = facing * sun_visibility(lifted, 0.8 * spacing) * thin * mix(1.0, open, 0.5);
+    float direct = facing * sun_visibility(lifted, facing, 0.8 * spacing) * thin * mix(1.0, open, 0.5);
     float past_bodies = texture(shadow_bodies, shadow_position(lifted));
     vec3 inside = past_bodies * light.rgb * deep;  // a cloud scatters on what it takes
     vec3 sun = sun_light * (mix(vec3(direct), inside, scattering) + 0.35 * (1.0 - thin) * past_bodies * light.g);

@@ -23,8 +23,8 @@ void main() {
     Matter m = matter_at(position - moved, face, width);
 
     vec3 lifted = position + 1.5 * shadow_texel * face;  // or it would lie in its own shade
-    float seen = sun_visibility(lifted, 1.5 * shadow_texel) * spray_transmittance(lifted);
-    float direct = max(dot(m.normal, to_sun), 0.0) * smoothstep(0.0, 0.05, dot(face, to_sun)) * seen;
+    float facing = max(dot(m.normal, to_sun), 0.0) * smoothstep(0.0, 0.05, dot(face, to_sun));
+    float direct = facing * sun_visibility(lifted, facing, 1.5 * shadow_texel) * spray_transmittance(lifted);
     float open = open_to_bodies(position, face);
     float snow_open = light_at(position + spacing * face).a;
     open *= open_sky(snow_open);

@@ -6,5 +6,5 @@ uniform float max_point_size;
 
 void main() {
     gl_Position = shadow_matrix * vec4(center, 1.0);
-    gl_PointSize = clamp(2.0 * radius / texel, 1.5, max_point_size);
+    gl_PointSize = clamp(1.772 * radius / texel, 1.5, max_point_size);
 }

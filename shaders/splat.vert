@@ -19,7 +19,7 @@ void main() {
     float sample_width = max(dot(center - eye, basis[2]), near_depth) * sample_tan;
     float grown = smoothstep(grown_from, grown_to, r / sample_width);
     splat_hash = hash;
-    if (gl_InstanceID > 0) {
+    if (faces == 1 && gl_InstanceID > 0) {  // a constant
         vec3 h = fract(hash * vec3(91.7, 613.3, 171.9) + float(gl_InstanceID) * vec3(0.6180, 0.4142, 0.7321));
         float turn = 6.2832 * h.x, height = 2.0 * h.y - 1.0;
         vec3 direction = vec3(sqrt(1.0 - height * height) * vec2(cos(turn), sin(turn)), height);

@@ -220,16 +220,16 @@ TEST_CASE("an OpenGL that can do too little is refused by the names of what it l
 TEST_CASE("a shader that does not compile shows its file, the line and what is wrong", "[renderer]") {
     const auto renderer = renderer_for(small_picture());  // opens the context
     if (!renderer) return;
-    // `enlarged` is a constant that the program must be given.
-    std::ifstream file(FIRN_SOURCE_DIR "/shaders/resolve.frag");
+    // `faces` is a constant that the program must be given.
+    std::ifstream file(FIRN_SOURCE_DIR "/shaders/splat.frag");
     int number = 1, wrong = 0;
     for (std::string line; std::getline(file, line); ++number)
-        if (wrong == 0 && line.find("enlarged ==") != std::string::npos) wrong = number;
+        if (wrong == 0 && line.find("faces ==") != std::string::npos) wrong = number;
     REQUIRE(wrong > 0);
-    CHECK_THROWS_WITH(Program({"full_screen.vert"}, {"resolve.frag"}),
-                      Catch::Contains("common.glsl + resolve.frag does not compile") &&
-                          Catch::Contains("\nresolve.frag:" + std::to_string(wrong)) &&
-                          Catch::Contains("enlarged"));
+    CHECK_THROWS_WITH(Program({"full_screen.vert"}, {"splat.frag"}),
+                      Catch::Contains("common.glsl + splat.frag does not compile") &&
+                          Catch::Contains("\nsplat.frag:" + std::to_string(wrong)) &&
+                          Catch::Contains("faces"));
     CHECK_THROWS_WITH(Program({"full_screen.vert"}, {"full_screen.vert", "add_moment.frag"}), Catch::Contains("full_screen.vert"));
 }
 
