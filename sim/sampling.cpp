@@ -1,6 +1,7 @@
 #include "sim/sampling.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -36,18 +37,27 @@ double cube_root(double a) {
 std::vector<Vec3d> poisson_tile(int count, Random& random) {
     double radius = cube_root(1.0 / count);
     const int cells = std::max(1, static_cast<int>(1 / radius));
-    const auto cell = [&](const Vec3d& x, int dx, int dy, int dz) {
-        const auto wrap = [&](double c, int d) { return (std::min(static_cast<int>(c * cells), cells - 1) + d + cells) % cells; };
-        return (wrap(x.x(), dx) * cells + wrap(x.y(), dy)) * cells + wrap(x.z(), dz);
+    const auto cell = [&](double c) { return std::min(static_cast<int>(c * cells), cells - 1); };
+    const auto number = [&](int i, int j, int k) { return (std::size_t(i) * cells + j) * cells + k; };
+    std::vector<std::vector<Vec3d>> at(number(cells, 0, 0));
+    const auto within_radius = [&](const Vec3d& x, const std::vector<Vec3d>& others) {
+        for (const Vec3d& y : others) {
+            Vec3d r = (x - y).cwiseAbs();
+            r = r.cwiseMin(Vec3d::Ones() - r);          // the nearest of its repetitions
+            if (r.squaredNorm() < radius * radius) return true;
+        }
+        return false;
     };
-    std::vector<std::vector<Vec3d>> at(static_cast<std::size_t>(cells) * cells * cells);
     const auto crowded = [&](const Vec3d& x) {
-        for (int d = 0; d < 27; ++d)
-            for (const Vec3d& y : at[cell(x, d / 9 - 1, d / 3 % 3 - 1, d % 3 - 1)]) {
-                Vec3d r = (x - y).cwiseAbs();
-                r = r.cwiseMin(Vec3d::Ones() - r);      // the nearest of its repetitions
-                if (r.squaredNorm() < radius * radius) return true;
-            }
+        std::array<std::array<int, 3>, 3> near;         // its own cell first: most darts that miss are told there
+        for (int a = 0; a < 3; ++a) {
+            const int c = cell(x(a));
+            near[a] = {c, c == 0 ? cells - 1 : c - 1, c == cells - 1 ? 0 : c + 1};
+        }
+        for (const int i : near[0])
+            for (const int j : near[1])
+                for (const int k : near[2])
+                    if (within_radius(x, at[number(i, j, k)])) return true;
         return false;
     };
     std::vector<Vec3d> points;
@@ -59,7 +69,7 @@ std::vector<Vec3d> poisson_tile(int count, Random& random) {
         }
         failures = 0;
         points.push_back(x);
-        at[cell(x, 0, 0, 0)].push_back(x);
+        at[number(cell(x.x()), cell(x.y()), cell(x.z()))].push_back(x);
     }
     return points;
 }

@@ -38,6 +38,7 @@ Body plain_body() {
     b.shape = Sphere{{0, 0.25, 0}, 0.2};
     b.velocity = {3, -4, 0};
     b.particles_per_cell = 6;
+    b.sampling = Sampling::random;  // a Poisson tile of 4000 points would take far longer than the steps
     return b;
 }
 
@@ -127,7 +128,7 @@ std::string run(const Case& c, Integrator integrator, Precision precision) {
         const Totals first = sim->totals();
         double given = first.kinetic + first.elastic, low = first.potential, high = low;
         Vec3d impulse = first.momentum;
-        const int steps = integrator == Integrator::explicit_euler ? tries(40, 4) : tries(15, 2);
+        const int steps = integrator == Integrator::explicit_euler ? tries(40, 10) : tries(15, 5);
         for (int n = 0; n < steps && sim->time() < 1; ++n) {
             const StepReport report = sim->step(1.0 / 24);
             impulse += first.mass * setup.gravity * report.dt;
@@ -167,14 +168,15 @@ TEST_CASE("at every extreme a run ends in numbers that can be, or says what to c
 TEST_CASE("a million particles in a line within one cell are stepped", "[extremes]") {
     Setup setup = plain_setup();
     ParticleSet crowd;
-    for (int i = 0; i < 1'000'000; ++i) {
+    const int count = tries(1'000'000, 100'000);
+    for (int i = 0; i < count; ++i) {
         crowd.x.push_back({1e-7 * i, 0.25, 0}), crowd.v.push_back({3, -4, 0}), crowd.Fe.push_back(Mat3d::Identity());
         crowd.Jp.push_back(1), crowd.m.push_back(1e-3), crowd.V0.push_back(0), crowd.material.push_back(0);
     }
     setup.solver.integrator = GENERATE(Integrator::explicit_euler, Integrator::semi_implicit, Integrator::newton);
     const auto sim = make_simulation(setup, std::move(crowd));
     const Totals before = sim->totals();
-    CHECK(before.mass == Approx(1000));
+    CHECK(before.mass == Approx(1e-3 * count));
     for (int step = 0; step < 2; ++step) sim->step(1e-3);
     const Totals after = sim->totals();
     CHECK(after.mass == Approx(before.mass));
