@@ -65,7 +65,7 @@ Advanced<Real> advance(Particles<Real>& ps, Grid<Real>& grid, const Motion<Real>
     const auto all_blocks = static_cast<std::ptrdiff_t>(blocks.size());
 #pragma omp parallel for schedule(static)
     for (std::ptrdiff_t n = 0; n < all_blocks; ++n)
-        if (blocks[n].asleep()) extremes[n] = advance_lump(ps.lumps[blocks[n].lump]);
+        if (blocks[n].asleep()) extremes[n] = advance_lump(ps.lumps[blocks[n].lump], motion.dt);
     gather_blocks<BSpline<kind>::width>(grid.blocks, grid.nodes, [&](std::size_t n, const auto& tile) {
         ParticleBlock& b = blocks[n];
         const Vec3<Real> origin = (block_width * b.coordinates).cast<Real>();
@@ -132,9 +132,10 @@ Advanced<Real> advance(Particles<Real>& ps, Grid<Real>& grid, const Motion<Real>
         extremes[n] = sum.reduced();
         b.quiet = extremes[n].speed < motion.rest_speed ? b.quiet + motion.dt : 0;
     });
-    for (std::size_t n = 0; n < blocks.size(); ++n)
-        if (blocks[n].quiet > motion.rest_time && all.departures[n].empty() && !blocks[n].asleep())
-            fall_asleep(ps, blocks[n], extremes[n]);
+    for (std::size_t n = 0, free = 0; n < blocks.size(); ++n)
+        if (blocks[n].quiet > motion.rest_time && all.departures[n].empty() && !blocks[n].asleep() &&
+            !near_moving(motion.colliders, blocks[n], h, motion.t))
+            fall_asleep(ps, blocks[n], extremes[n], free);
     for (const Extremes& e : extremes) all.extremes.include(e);
     return all;
 }

@@ -52,6 +52,7 @@ private:
     std::vector<Offender> offenders_;       ///< of the last attempt.
     Extremes extremes_;                     ///< after the last step.
     struct { double start, lowest, highest; } energy_;  ///< Σ ½ m v² + V⁰ Ψ at the start; range of Σ m g·x [J].
+    double resting_ = 0;                    ///< ½ m v² of all at `rest_speed` [J].
     double stiffness_ = 0;                  ///< Σ (λ + 2μ) V⁰ at the start [J].
     double t_ = 0;                          ///< [s]
     long steps_ = 0;

@@ -37,8 +37,11 @@ Convergence solve_newton(const Particles<Real>& ps, Grid<Real>& grid,
         if (m[i] > 0)
             v.at[i] = N4::of(node[4] + fall(0), node[5] + fall(1), node[6] + fall(2), 0) + N4(Real(dt) / m[i]) * load.at[i];
     });
-    for (const FixedNode<Real>& c : fixed)
-        for (int a = 0; a < 3; ++a) v.at[c.node].lanes[a] = grid.nodes[c.node][a];
+    for (const FixedNode<Real>& c : fixed) {
+        const N4& f_i = load.at[c.node];
+        const Vec3<Real> pushed = Real(dt) / m[c.node] * c.free * Vec3<Real>(f_i[0], f_i[1], f_i[2]);
+        for (int a = 0; a < 3; ++a) v.at[c.node].lanes[a] = grid.nodes[c.node][a] + pushed(a);
+    }
     const NodeField<Real> v_hat = v;
 
     // Π, and r ← D⁻¹ (−∂Π/∂v) in the free directions.

@@ -69,6 +69,7 @@ template <class Real> struct Lump {
     double mass = 0;                        ///< M [kg]
     Vec3d velocity{0, 0, 0};                ///< u [m/s]
     Vec3d next_velocity{0, 0, 0};           ///< after the step that is being taken.
+    double way = 0;                         ///< Σ |u| Δt, which it did not go [m].
     Extremes extremes{};                    ///< of its particles, which stand still.
     std::vector<Pack<Real, 8>> nodes{};     ///< (0, m_i | f_i, 0) of those it is linked to; none before they are first reckoned.
 };

@@ -11,12 +11,17 @@ namespace firn {
 //
 //     u ← Σ_i m_i/M (v_iⁿ⁺¹ + α_i (u − v_iⁿ)),
 //
-// which is step 8 summed over its particles: mass and momentum stay what they are. It wakes as soon as a
-// node that it reaches would move faster than `rest_speed`, or the nodes push it by more than `rest_speed` in `rest_time`;
-// before anything is deformed by that, and its particles go on with u. What is neglected are ways and strains of what
-// moves slower. (Nodes with a small mass m_i from it count with v_i² m_i/m̄, where m̄ is the mean: they are flung about, and
-// move little.) Snow would ring for long before it sleeps: nodes slower than `rest_speed` have the FLIP share α_i = 0, which
-// damps it, and as long as all that is at a node uses the same one, conserves momentum.
+// which is step 8 summed over its particles: mass and momentum stay what they are. Before anything is deformed by that, it
+// wakes, and its particles go on with u, as soon as
+// - a node that it reaches would move faster than `rest_speed` (nodes with a small mass m_i from it count with v_i² m_i/m̄,
+//   where m̄ is the mean: they are flung about, and move little);
+// - the nodes push it by more than `rest_speed` in `rest_time`;
+// - u would have carried it farther than `rest_speed` does in `rest_time`;
+// - a moving body comes near, or a particle comes in.
+// What is neglected are ways and strains of what moves slower. `rest_time` is at least twice what gravity takes to make snow
+// as fast as `rest_speed`, so that nothing sleeps that falls. Snow would ring for long before it sleeps: nodes slower than
+// `rest_speed` have the FLIP share α_i = 0, which damps it, and as long as all that is at a node uses the same one, conserves
+// momentum; under APIC particles as slow lose their C, and with it the angular momentum in it.
 
 /// α_i of a node with vⁿ⁺¹.
 template <class Real>
@@ -24,13 +29,21 @@ Real flip_share(const Node<Real>& v, Real flip_blend, Real rest_speed) {
     return v[0] * v[0] + v[1] * v[1] + v[2] * v[2] < rest_speed * rest_speed ? Real(0) : flip_blend;
 }
 
-/// Puts a block to sleep of which `e` are the extremes; not while others fall asleep.
+/// Whether a body that moves comes near a block.
+inline bool near_moving(const std::vector<Collider>& colliders, const ParticleBlock& b, double h, double t) {
+    const Vec3d center = h * (block_width * b.coordinates.cast<double>() + Vec3d::Constant(3));
+    return std::any_of(colliders.begin(), colliders.end(), [&](const Collider& c) {
+        return c.velocity != Vec3d::Zero() && signed_distance(c, center, t) <= 4 * std::sqrt(3.0) * h;
+    });
+}
+
+/// Puts a block to sleep of which `e` are the extremes; not while others fall asleep. No lump before number `free` is.
 template <class Real>
-void fall_asleep(Particles<Real>& ps, ParticleBlock& b, const Extremes& e) {
-    const auto free =
-        std::find_if(ps.lumps.begin(), ps.lumps.end(), [](const Lump<Real>& l) { return l.mass == 0; });
-    b.lump = static_cast<std::int32_t>(free - ps.lumps.begin());
-    Lump<Real>& lump = free == ps.lumps.end() ? ps.lumps.emplace_back() : *free;
+void fall_asleep(Particles<Real>& ps, ParticleBlock& b, const Extremes& e, std::size_t& free) {
+    while (free < ps.lumps.size() && ps.lumps[free].mass > 0) ++free;
+    if (free == ps.lumps.size()) ps.lumps.emplace_back();
+    b.lump = static_cast<std::int32_t>(free);
+    Lump<Real>& lump = ps.lumps[free];
     double kinetic = 0;
     for (std::uint32_t n = 0; n < b.count; ++n) {
         const std::size_t slot = b.slot(n);
@@ -57,6 +70,7 @@ void wake(Particles<Real>& ps, ParticleBlock& b) {
 template <class Real, int stencil_width>
 void remember(Tile<Node<Real>, stencil_width>& tile, const Blocks& blocks, const ParticleBlock& b,
               Lump<Real>& lump) {
+    lump.nodes.reserve(b.last_link - b.first_link);
     tile.for_each(blocks, b, [&](const Node<Real>& n, std::uint32_t) { lump.nodes.push_back(n); });
 }
 
@@ -77,9 +91,6 @@ template <class Real>
 bool move_lumps(Particles<Real>& ps, Grid<Real>& grid, const Solver& solver, Real flip_blend,
                 const std::vector<Collider>& colliders, double t, double dt) {
     const Real fastest = Real(solver.rest_speed), push = Real(solver.rest_speed * dt / solver.rest_time);
-    std::vector<Collider> moving;
-    for (const Collider& c : colliders)
-        if (c.velocity != Vec3d::Zero()) moving.push_back(c);
     const auto count = static_cast<std::ptrdiff_t>(grid.blocks.particle_blocks.size());
     int woken = 0;
 #pragma omp parallel for schedule(static) reduction(+ : woken)
@@ -101,11 +112,10 @@ bool move_lumps(Particles<Real>& ps, Grid<Real>& grid, const Solver& solver, Rea
         }
         sum /= Node<Real>(Real(lump.mass));
         const Vec3<Real> v(sum[0], sum[1], sum[2]), change = v - Vec3<Real>(sum[4], sum[5], sum[6]);
-        const Vec3d center =
-            double(grid.h) * (block_width * b.coordinates.cast<double>() + Vec3d::Constant(3));
-        const bool rests =
-            most[0] + most[1] + most[2] <= fastest * fastest && change.squaredNorm() <= push * push;
-        if (rests && !near(moving, center, 4 * std::sqrt(3.0) * grid.h, t))
+        const bool rests = most[0] + most[1] + most[2] <= fastest * fastest &&
+                           change.squaredNorm() <= push * push &&
+                           lump.way <= solver.rest_speed * solver.rest_time;
+        if (rests && !near_moving(colliders, b, grid.h, t))
             lump.next_velocity = (v + kept / Real(lump.mass)).template cast<double>();
         else
             wake(ps, b), ++woken;
@@ -115,8 +125,9 @@ bool move_lumps(Particles<Real>& ps, Grid<Real>& grid, const Solver& solver, Rea
 
 /// Step 8 of a block asleep.
 template <class Real>
-Extremes advance_lump(Lump<Real>& lump) {
+Extremes advance_lump(Lump<Real>& lump, double dt) {
     lump.velocity = lump.next_velocity;
+    lump.way += lump.velocity.norm() * dt;
     Extremes e = lump.extremes;
     e.speed = lump.velocity.norm(), e.energy += lump.mass * lump.velocity.squaredNorm() / 2;
     return e;
