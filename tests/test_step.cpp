@@ -1,6 +1,7 @@
 #include "sim/simulation.h"
 #include "tests/columns.h"
 #include "tests/reference.h"
+#include "tests/sanitizers.h"
 
 #include <catch2/catch.hpp>
 #include <omp.h>
@@ -92,7 +93,7 @@ TEST_CASE("the fast step is the reference step, particle by particle", "[step]")
     CAPTURE(int(weights), int(transfer), beta, start.size());
     REQUIRE(start.size() > 20);
     double flow = 0;
-    for (int step = 0; step < 20; ++step) {
+    for (int step = 0; step < tries(20, 5); ++step) {
         const StepReport report = sim->step(1);
         REQUIRE(report.dt == *setup.solver.dt);
         REQUIRE(report.rejected == 0);
@@ -119,7 +120,7 @@ TEST_CASE("float follows double until round-off has grown", "[step]") {
     const ParticleSet start = small_ball(setup.solver.integrator == Integrator::explicit_euler ? 4 : 1);
     reference::World w = world(setup, start);
     const auto sim = make_simulation(setup, ParticleSet(start));
-    for (int step = 0; step < 20; ++step) w.step(sim->step(1).dt);
+    for (int step = 0; step < tries(20, 5); ++step) w.step(sim->step(1).dt);
     // ε = 6e-8: positions round by ε each step; a stress of about E (F − R) by E ε, so a step adds
     // Δt² E ε / (ρ h²) ≈ 1e-7 to F; contact and yield amplify that by ten each. A solve ends at a residual of 4 ε ‖v*‖
     // and its system's condition is 1 + β Δt² ω² < 10, ω the highest frequency of the grid: 40 ε |v| ≈ 2e-5 m/s a
