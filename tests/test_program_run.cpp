@@ -40,7 +40,7 @@ TEST_CASE("run writes frames and a record of what was run", "[run]") {
         CHECK(frame_keys == std::vector<std::string>{
                                 "frame", "time", "steps", "dt_min", "dt_max", "solver_iterations",
                                 "unconverged", "rejected", "residuals", "simulate_seconds", "render_seconds", "encode_seconds", "kinetic", "elastic",
-                                "potential", "momentum", "angular_momentum", "mass", "peak_nodes"});
+                                "potential", "momentum", "angular_momentum", "mass", "peak_nodes", "asleep"});
         CHECK(frame["frame"] == k);
         CHECK(frame["time"] == k / 24.0);
         CHECK(frame["mass"].get<double>() == Approx(400 * 4 / 3.0 * 3.14159265 * 0.008));
