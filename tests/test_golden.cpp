@@ -43,14 +43,16 @@ Solid solid_of(const Shape& shape, Look look = Look::automatic) {
 
 constexpr double grid_spacing = 0.016;  // [m]
 
-State ball_at(const Vec3d& center) {
-    Body body{Sphere{center, 0.15}};
-    const ParticleSet particles = sample(body, 400, grid_spacing, 1, 0);
-    State state{{}, {}, float(grid_spacing / 2)};
-    for (const Vec3d& x : particles.x)
-        for (int a = 0; a < 3; ++a) state.x.push_back(float(x[a])), state.v.push_back(0);
+/// Bodies at rest on a grid of edge h.
+State at_rest(const std::vector<Shape>& shapes, double h) {
+    State state{{}, {}, float(h / 2)};
+    for (const Shape& shape : shapes)
+        for (const Vec3d& x : sample(Body{shape}, 400, h, 1, 0).x)
+            for (int a = 0; a < 3; ++a) state.x.push_back(float(x[a])), state.v.push_back(0);
     return state;
 }
+
+State ball_at(const Vec3d& center) { return at_rest({Sphere{center, 0.15}}, grid_spacing); }
 
 /// The ball some time after it has hit something at `point`, as if it had burst: its outer parts fly off, the
 /// rest lies on the ground about the point. A formula, since a simulation would round otherwise elsewhere.
@@ -88,6 +90,11 @@ std::vector<GoldenPicture> golden_pictures() {
                                       {"drop_start", golden_picture(), falling, log, at_log},
                                       {"drop_later", golden_picture(), fallen, log, at_log},
                                       {"drop_draft", golden_picture(Quality::draft), fallen, log, at_log}};
+    all.push_back({"bed_start",
+                   golden_picture(),
+                   at_rest({Box{{0, 0.08, 0}, {2.4, 0.16, 1.2}}, Sphere{{-0.35, 0.4, 0.1}, 0.13}}, 0.035),
+                   {solid_of(Plane{})},
+                   {{-0.9, 0.8, 1.9}, {-0.05, 0.1, 0}, 36}});
     GoldenPicture coloured{
         "compression_slice", golden_picture(Quality::preview), falling, {solid_of(Plane{})}, at_log};
     coloured.picture.colour = Colour::compression;
@@ -134,7 +141,8 @@ TEST_CASE("pictures look like the golden ones", "[renderer][golden]") {
         const auto renderer = renderer_for(golden.picture);
         if (!renderer) return;
         const Image actual = drawn(*renderer, golden);
-        if (std::getenv("FIRN_WRITE_GOLDEN")) write_png(golden_file(golden.name), actual);
+        if (const char* write = std::getenv("FIRN_WRITE_GOLDEN"); write && std::string(write) == "1")
+            write_png(golden_file(golden.name), actual);
         const Image expected = read_png(golden_file(golden.name).string());
         const double flip = compare_images(actual, expected, 0).flip;
         const bool same_driver = renderer->description().find("llvmpipe") != std::string::npos;
