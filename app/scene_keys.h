@@ -155,7 +155,7 @@ template <class V> void describe(V& v, Solver& s) {
     v.key({"max_iterations", "of a linear solve", "", at_least(1).up_to(10000)}, s.max_iterations);
     v.key({"rest_speed", "snow that is slower for rest_time sleeps until something moves it; 0: never", "m/s",
            at_least(0).up_to(1e6)}, s.rest_speed);
-    v.key({"rest_time", "how long snow must be slow before it sleeps", "s", at_least(0).up_to(1e6)}, s.rest_time);
+    v.key({"rest_time", "how long snow must be slow before it sleeps; at least 2 rest_speed/|gravity|", "s", at_least(0).up_to(1e6)}, s.rest_time);
 }
 
 template <class V> void describe(V& v, Snow& s) {

@@ -25,7 +25,8 @@ template <class Real> struct Motion {
     Vec3<Real> gravity;
     const std::vector<SnowModel<Real>>& materials;
     const std::vector<Collider>& colliders;
-    double t, rest_speed, rest_time;
+    double t;                       ///< [s]
+    double rest_speed, rest_time;   ///< of Solver [m/s], [s].
 };
 
 /// A particle that is nowhere any more.

@@ -112,7 +112,7 @@ private:
     static N4 lower(N8 a) { return N4::of(__builtin_shufflevector(a.lanes, a.lanes, 0, 1, 2, 3)); }
 };
 
-/// All particles that are awake as elements, colour after colour, so that nodes are summed in a fixed order and by one thread at
+/// All particles awake as elements, colour after colour, so that nodes are summed in a fixed order and by one thread at
 /// a time. What comes apart leaves a particle or two in a block; eight of them are worked on at once all the same.
 template <class Real, Weights kind> class Elements {
 public:

@@ -37,7 +37,7 @@ inline bool near_moving(const std::vector<Collider>& colliders, const ParticleBl
     });
 }
 
-/// Puts a block to sleep of which `e` are the extremes; not while others fall asleep. No lump before number `free` is.
+/// Puts a block to sleep of which `e` are the extremes; not while others fall asleep. All lumps before number `free` are taken.
 template <class Real>
 void fall_asleep(Particles<Real>& ps, ParticleBlock& b, const Extremes& e, std::size_t& free) {
     while (free < ps.lumps.size() && ps.lumps[free].mass > 0) ++free;
@@ -85,8 +85,8 @@ void add_lump(const Lump<Real>& lump, const ParticleBlock& b, Grid<Real>& grid) 
     }
 }
 
-/// What the nodes, (vⁿ⁺¹, m | vⁿ, 0), do to what is asleep: finds its next velocity, or wakes it where it is moved, pushed or
-/// a moving body comes near. Returns whether any woke.
+/// What the nodes, (vⁿ⁺¹, m | vⁿ, 0), do to what is asleep: finds its next velocity, or wakes it for one of the reasons above.
+/// `dt`, `t` [s]. Returns whether any woke.
 template <class Real>
 bool move_lumps(Particles<Real>& ps, Grid<Real>& grid, const Solver& solver, Real flip_blend,
                 const std::vector<Collider>& colliders, double t, double dt) {
@@ -105,7 +105,7 @@ bool move_lumps(Particles<Real>& ps, Grid<Real>& grid, const Solver& solver, Rea
         for (std::size_t l = 0; l < lump.nodes.size(); ++l) {
             const Node<Real>& v = grid.nodes[grid.blocks.links[b.first_link + l].node];
             const Real m = lump.nodes[l][3];
-            most = maximum(most, Node<Real>(Node<Real>(std::min(m / mean, Real(1))) * (v * v))),
+            most = maximum(most, Node<Real>(Node<Real>(std::min(m / mean, Real(1))) * (v * v)));
             sum += Node<Real>(m) * v;
             if (const Real share = flip_share(v, flip_blend, fastest); share > 0)
                 kept += m * share * (u - Vec3<Real>(v[4], v[5], v[6]));

@@ -27,7 +27,7 @@ struct Solver {
     double tolerance = 1e-4;                      ///< residual of the solve, relative to the first one [1].
     int max_iterations = 30;                      ///< of a linear solve.
     double rest_speed = 0;                        ///< snow that is slower for rest_time sleeps [m/s]; 0: never.
-    double rest_time = 0.1;                       ///< [s]
+    double rest_time = 0.1;                       ///< [s]; never less than 2 rest_speed/|g| in use.
 };
 
 enum class ContactLaw { slide, sticky };

@@ -69,8 +69,8 @@ private:
     }
 };
 
-/// Steps 1 and 3 in one pass, with lumps for what is asleep:  m_i = Σ_p m_p w_ip,  (m v)_i = Σ_p m_p v_p w_ip  (APIC: v_p + C_p (x_i − x_p)),
-/// f_i = −Σ_p V_p⁰ P F_Eᵀ ∇w_ip, the report's (2) at x̂ = x.
+/// Steps 1 and 3 in one pass:  m_i = Σ_p m_p w_ip,  (m v)_i = Σ_p m_p v_p w_ip  (APIC: v_p + C_p (x_i − x_p)),
+/// f_i = −Σ_p V_p⁰ P F_Eᵀ ∇w_ip, the report's (2) at x̂ = x; from lumps, what they remember of it.
 template <Weights kind, Transfer transfer, class Real>
 void rasterize_with_forces(Particles<Real>& ps, Grid<Real>& grid) {
     constexpr int width = BSpline<kind>::width;
