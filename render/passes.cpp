@@ -92,7 +92,6 @@ void Renderer::Passes::draw_shadows(const Frame& frame) {
     shadow_spray_program.use();
     shadow_spray_program.set("shadow_matrix", frame.shadow.matrix);
     shadow_spray_program.set("texel", 2 * frame.shadow.texel);
-    shadow_spray_program.set("spacing", frame.spacing);
     shadow_spray_program.set("max_point_size", max_point_size);
     glBindVertexArray(spray_array.id());
     glDrawArrays(GL_POINTS, 0, frame.spray);
@@ -281,6 +280,7 @@ void Renderer::Passes::shade(const Frame& frame) {
         shade_kind(kind_solid + static_cast<GLint>(i), program);
         program.set("moved", frame.solids[i].moved);
         program.set("lie", frame.solids[i].lie);
+        program.set("bend", frame.solids[i].bend);
         glDrawArrays(GL_TRIANGLES, 0, 3);
     }
     glBindSampler(unit_relief, 0);

@@ -42,6 +42,7 @@ struct SolidGroup {
     Look look;
     Eigen::Vector3f moved;           ///< since the start [m]
     Eigen::Matrix3f lie;             ///< columns along the body, up, and across: its pattern runs along.
+    float bend;                      ///< radius about its length, 0 of what is flat [m]: its pattern goes around.
     std::vector<Plane> planes;
     std::vector<Vertex> triangles;
     GLint first = 0;                 ///< in the buffer
@@ -110,7 +111,7 @@ struct Renderer::Passes {
     void resolve();
     Image read_back();
 
-    void upload_volume(const Density&, const Density& soft, float spacing, const Eigen::Vector3f& to_sun);
+    void upload_volume(const Density& lit, const Density& soft, float spacing, const Eigen::Vector3f& to_sun);
     const Program& shading_program(const std::string& name, const std::vector<std::string>& files,
                                    const BodyDistances&);
     const Program& solid_program(Look, const BodyDistances&);
@@ -127,8 +128,8 @@ struct Renderer::Passes {
 
     Buffer splats = make_buffer(), spray = make_buffer(), mesh = make_buffer(), nodes = make_buffer();
     VertexArray splat_array = make_vertex_array(splats, {3, 1, 1, 1}),
-                spray_array = make_vertex_array(spray, {3, 3, 1, 1, 1, 1}, 2),
-                spray_line_array = make_vertex_array(spray, {3, 3, 1, 1, 1, 1}),
+                spray_array = make_vertex_array(spray, {3, 3, 1, 1, 1, 1, 1, 1}, 2),
+                spray_line_array = make_vertex_array(spray, {3, 3, 1, 1, 1, 1, 1, 1}),
                 mesh_array = make_vertex_array(mesh, {3, 3}), no_array = make_vertex_array(mesh, {}),
                 node_array = make_vertex_array(nodes, {3});
     Texture relief = make_tile_texture(Relief::size, snow_relief().texels.data());

@@ -108,18 +108,21 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     soft.rho = smoothed(density.rho);
     frame.volume_origin = density.origin;
     frame.volume_size = density.cell * density.rho.size.cast<float>();
-    upload_volume(density, soft, particles.spacing, frame.to_sun);
+    const Density half = halved(density);
+    upload_volume(effort.fine_light ? density : half, soft, particles.spacing, frame.to_sun);
 
     prepare_solids(frame, solids, time);
-    const bool any_snow = std::any_of(density.rho.values.begin(), density.rho.values.end(), [](float rho) { return rho > 0; });
+    const bool any_snow =
+        std::any_of(density.rho.values.begin(), density.rho.values.end(), [](float rho) { return rho > 0; });
     const Eigen::AlignedBox3f region = shadowed_region(density, frame.solids, any_snow);
     const float radius = 0.5f * region.diagonal().norm();
     frame.shadow = shadow_view(frame.to_sun, region.center(), radius, effort.shadow_size);
     frame.bodies.reach = 0.3f * radius;
 
-    const Splats visible = visible_splats(particles, density, soft, frame.view, frame.to_sun, children_from,
-                                          {effort.least_radius, effort.least_thrower * frame.shadow.texel,
-                                           std::max(1.2f * static_cast<float>(effort.edge), 1.0f)});
+    const Splats visible =
+        visible_splats(particles, density, soft, halved(half), frame.view, frame.to_sun, children_from,
+                       {effort.least_radius, effort.least_thrower * frame.shadow.texel,
+                        std::max(1.2f * static_cast<float>(effort.edge), 1.0f)});
     upload(splats, visible.all.data(), visible.all.size() * sizeof(Splat));
     frame.splats = static_cast<GLsizei>(visible.all.size());
     frame.near_lit_splats = static_cast<GLsizei>(visible.near_lit);
@@ -138,12 +141,12 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     return frame;
 }
 
-void Renderer::Passes::upload_volume(const Density& density, const Density& soft, float spacing,
+void Renderer::Passes::upload_volume(const Density& lit, const Density& soft, float spacing,
                                      const Vector3f& to_sun) {
-    const Density lit = effort.fine_light ? density : halved(density);
     const std::vector<SnowLight> inside = light_in_snow(lit, spacing, to_sun);
     const std::vector<Eigen::half> light_cells = halves(inside.data()->sun, 4 * inside.size());
-    const auto upload_cells = [&](const Texture& texture, const Eigen::Vector3i& n, const std::vector<Eigen::half>& cells) {
+    const auto upload_cells = [&](const Texture& texture, const Eigen::Vector3i& n,
+                                  const std::vector<Eigen::half>& cells) {
         bind_texture(0, GL_TEXTURE_3D, texture);
         glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16F, n.x(), n.y(), n.z(), 0, GL_RGBA, GL_HALF_FLOAT,
                      cells.data());

@@ -65,13 +65,21 @@ Eigen::Matrix3f lie_of(const Shape& shape) {
     return axes;
 }
 
+float bend_of(const Shape& shape) {
+    if (const auto* s = std::get_if<Sphere>(&shape.kind())) return static_cast<float>(s->radius);
+    if (const auto* c = std::get_if<Capsule>(&shape.kind())) return static_cast<float>(c->radius);
+    if (const auto* c = std::get_if<Cylinder>(&shape.kind())) return static_cast<float>(c->radius);
+    return 0;
+}
+
 SolidGroup& group_of(std::vector<SolidGroup>& groups, Look look, const Vector3f& moved,
-                     const Eigen::Matrix3f& lie) {
+                     const Eigen::Matrix3f& lie, float bend) {
     for (SolidGroup& group : groups)
-        if (group.look == look && group.moved == moved && group.lie == lie) return group;
+        if (group.look == look && group.moved == moved && group.lie == lie && group.bend == bend)
+            return group;
     constexpr std::size_t most =
         250;  // the stencil buffer counts to 255; the rest share the last one's pattern
-    if (groups.size() < most) groups.push_back({look, moved, lie, {}, {}, 0});
+    if (groups.size() < most) groups.push_back({look, moved, lie, bend, {}, {}, 0});
     return groups.back();
 }
 
@@ -88,8 +96,8 @@ void Renderer::Passes::prepare_solids(Frame& frame, const std::vector<Solid>& so
             glass.insert(glass.end(), mine.begin(), mine.end());
             continue;
         }
-        SolidGroup& group =
-            group_of(frame.solids, shown_look(solid), moved.cast<float>(), lie_of(solid.shape));
+        SolidGroup& group = group_of(frame.solids, shown_look(solid), moved.cast<float>(),
+                                     lie_of(solid.shape), bend_of(solid.shape));
         if (const Plane* plane = std::get_if<Plane>(&solid.shape.kind()))
             group.planes.push_back({plane->point + moved, plane->normal.normalized()});
         group.triangles.insert(group.triangles.end(), mine.begin(), mine.end());

@@ -157,9 +157,7 @@ template <class Add>
 void add_plugs(const Density& density, const std::vector<std::uint8_t>& cells, const Field& values, int k,
                Add add) {
     const Eigen::Vector3i size = density.rho.size;
-    const auto inner = [&](int i, int j, int l) {
-        return cells[density.rho.index(i, j, l)] == enclosed;
-    };
+    const auto inner = [&](int i, int j, int l) { return cells[density.rho.index(i, j, l)] == enclosed; };
     for (int j = 1; j < size.y() - 1; ++j)
         for (int i = 1; i < size.x() - 1; ++i) {
             if (!inner(i, j, k)) continue;
@@ -185,7 +183,8 @@ void for_each_in_cells(const Density& density, const float* x, std::size_t first
         for (std::ptrdiff_t p = 0; p < here; ++p) {  // as many at once as the processor can
             const float u = (at[3 * p] - origin.x()) * per_cell, v = (at[3 * p + 1] - origin.y()) * per_cell,
                         w = (at[3 * p + 2] - origin.z()) * per_cell;
-            const bool inside = (u >= 0) & (u < size.x()) & (v >= 0) & (v < size.y()) & (w >= 0) & (w < size.z());
+            const bool inside =
+                (u >= 0) & (u < size.x()) & (v >= 0) & (v < size.y()) & (w >= 0) & (w < size.z());
             const int i = static_cast<int>(inside ? u : 0), j = static_cast<int>(inside ? v : 0),
                       k = static_cast<int>(inside ? w : 0);
             cell[p] = inside ? k * dz + j * dy + i : -1;
@@ -216,6 +215,13 @@ float flight(const ParticleView& particles, std::size_t p) {
     return smoothstep(0.3f, 1.5f, v.norm() * at_once / particles.spacing);
 }
 
+/// In a cloud of density ρ neighbours are ρ^(−1/3) apart: powder spreads as far, and where that is too far shows no more.
+void spread_powder(SprayPoint& point, float spacing, float rho) {
+    const float wider = std::clamp(std::cbrt(0.07f / std::max(rho, 1e-4f)), 1.0f, 2.2f);
+    point.puff = 1.9f * spacing * wider;
+    point.powder = point.amount / (wider * wider) * smoothstep(0.48f, 1, 1 / wider);
+}
+
 /// `lone`, 0 to 1: in a dense cloud no grain's way can be told from its neighbours'.
 SprayPoint spray_point(const ParticleView& particles, std::size_t p, float amount, float lone, float hash) {
     SprayPoint point{particles.x[3 * p],
@@ -227,6 +233,8 @@ SprayPoint spray_point(const ParticleView& particles, std::size_t p, float amoun
                      amount,
                      hash,
                      particles.value.empty() ? 0 : particles.value[p],
+                     0,
+                     0,
                      0};
     if (particles.v.empty() || !drawable(&particles.v[3 * p])) return point;
     point.vx = lone * particles.v[3 * p], point.vy = lone * particles.v[3 * p + 1],
@@ -249,7 +257,8 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
 }  // namespace
 
 Splats visible_splats(const ParticleView& particles, const Density& density, const Density& soft,
-                      const View& view, const Vector3f& to_sun, float near_radius, const SplatDetail& detail) {
+                      const Density& wide, const View& view, const Vector3f& to_sun, float near_radius,
+                      const SplatDetail& detail) {
     const Field values = mean_values(particles, density);
     const Cover cover(density);
     HiddenCells hidden{cover, view.eye, to_sun};
@@ -317,6 +326,7 @@ Splats visible_splats(const ParticleView& particles, const Density& density, con
             if (const float amount = (1 - solid_share) * (0.5f + 0.5f * flying); amount > 0.15f) {
                 SprayPoint point = spray_point(particles, p, amount, 1 - smoothstep(0.03f, 0.10f, rho), hash);
                 point.crumb = sprayed ? crumb : 0;
+                spread_powder(point, particles.spacing, wide.at(x));
                 piece.spray.push_back(point);
             }
             if (const float radius = std::max(radius_of(particles.spacing, solid_share, hash), crumb);

@@ -23,6 +23,8 @@ struct SprayPoint {
     float amount;      ///< 0 to 1: how far it has come apart.
     float hash, value;
     float crumb;       ///< radius of what is too small for a splat of its own [m]; 0: none is.
+    float puff;        ///< radius of the powder about it [m]: it fills the way to its neighbours,
+    float powder;      ///< and hides so much of what is behind, as a share of what dense spray does [1].
 };
 
 /// In one order for both draws: seen ones come first, of them the near ones, whose children show; what the sun
@@ -61,8 +63,8 @@ struct SplatDetail {
 /// The particles that can be seen or throw a shadow: those inside unbroken snow are left out, and one large
 /// splat fills every cell of the innermost layer, so that nothing shines through between the outer ones.
 /// `soft` is the smoothed density, which tells snow from spray; a splat wider than `near_radius` [samples] is
-/// near.
-Splats visible_splats(const ParticleView&, const Density&, const Density& soft, const View&,
+/// near. `wide`, in cells four times as wide, tells how far apart the grains of a cloud are.
+Splats visible_splats(const ParticleView&, const Density&, const Density& soft, const Density& wide, const View&,
                       const Eigen::Vector3f& to_sun, float near_radius, const SplatDetail& = {});
 
 /// Whether snow lies in front of a splat, as seen from the eye; that within `from_cells` does not count.

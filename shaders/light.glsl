@@ -83,11 +83,15 @@ float sun_visibility(vec3 position, float facing, float least_radius) {
     return seen;
 }
 
+// Of the sun, through powder: what goes straight on, and what is scattered to about the same place.
 float spray_transmittance(vec3 position) {
     vec3 at = shadow_position(position);
     int any = bounds_near(at).z > 0.0 ? 1 : 0;
     float through = 1.0;
-    for (int once = 0; once < any; ++once) through = exp(-texture(spray_shadow, at.xy).r);
+    for (int once = 0; once < any; ++once) {
+        float depth = texture(spray_shadow, at.xy).r;
+        through = mix(exp(-depth), 1.0 / (1.0 + 0.11 * depth), 0.3);
+    }
     return through;
 }
 

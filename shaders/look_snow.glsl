@@ -2,8 +2,8 @@
 Matter matter_of(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
     vec3 drift = noise_at(mat2(0.8, 0.6, -0.6, 0.8) * at, 1700.0 * spacing, max(width, 60.0 * spacing));
     vec3 fine = noise_at(at, 310.0 * spacing, max(width, 6.0 * spacing));
-    vec3 grain = noise_at(mat2(0.6, -0.8, 0.8, 0.6) * at, 19.0 * spacing, width);
-    vec3 slope = 0.06 * drift + 0.035 * fine + 0.075 * grain;
-    return Matter(vec3(0.86, 0.87, 0.885) * (1.0 + 0.03 * grain.z),
+    vec3 grain = noise_at(mat2(0.6, -0.8, 0.8, 0.6) * at, 61.0 * spacing, width);
+    vec3 slope = 0.09 * drift + 0.05 * fine + 0.065 * grain;
+    return Matter(vec3(0.885, 0.895, 0.91) * (1.0 + 0.02 * grain.z),
                   normalize(n - slope.x * u - slope.y * v), 0.0, 0.0);
 }

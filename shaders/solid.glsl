@@ -1,6 +1,7 @@
 // What grounds and bodies are made of, without pictures: from one tile of noise at several sizes. Each look has a
 // shader of its own, since software that draws takes every branch.
 uniform sampler2D relief;          // slopes and height, in standard deviations
+uniform float bend;                // radius of what is round about its length, or 0 [m]
 
 struct Matter {
     vec3 albedo;

@@ -6,6 +6,8 @@ layout(location = 2) in float amount;    // 0 to 1
 layout(location = 3) in float hash;
 layout(location = 4) in float value;
 layout(location = 5) in float crumb;     // radius [m]
+layout(location = 6) in float puff_radius;  // [m]
+layout(location = 7) in float powder;    // 0 to 1
 uniform float max_point_size;
 uniform float shutter;                   // [s]
 uniform float puff_share;                // of the particles have puffs
@@ -27,8 +29,8 @@ void main() {
     bool whole = !puff && grain == 0;    // the crumb itself
     vec3 h = fract(hash * vec3(71.3, 433.1, 191.9) + float(grain) * vec3(0.6180, 0.4142, 0.7321));
     vec3 at = center + (puff || whole ? vec3(0.0) : mix(1.5, 2.4, clamp(2.0 * amount - 1.0, 0.0, 1.0)) * spacing * (h - 0.5));
-    float r = whole ? 1.2 * crumb : spacing * (puff ? 1.9 : 0.07 + 0.16 * h.x * h.y);
-    float opacity = whole ? 1.0 : amount * (puff ? 0.12 * inversesqrt(puff_share) : 0.85);
+    float r = whole ? 1.2 * crumb : puff ? puff_radius : spacing * (0.07 + 0.16 * h.x * h.y);
+    float opacity = whole ? 1.0 : puff ? (coloured ? 0.12 : 0.42) * inversesqrt(puff_share) * powder : 0.85 * amount;
 
     spray_depth = dot(at - eye, basis[2]);
     float sample_width = max(spray_depth, near_depth) * sample_tan;
@@ -61,7 +63,6 @@ void main() {
     vec3 sun = sun_light * light.rgb * light.g * mix(0.30, facing, seen);
     vec3 colour = sun + (0.9 * open_sky(light.a)) * (sky_light * (1.0 + 0.3 * dense * normal.y) + bounce_by_normal(dense * normal));
 
-    if (puff) opacity *= smoothstep(0.03, 0.07, outward.a);  // about a grain that flies alone there is none
     if (lines == 1) opacity = min(2.5 * opacity * min(radius, 1.5), 0.9);
     spray_colour = vec4(seen_through_air(colour, spray_depth, ray), opacity);
     if (coloured) spray_colour.rgb = pow(textureLod(palette, vec2(value, 0.5), 0.0).rgb, vec3(2.2));

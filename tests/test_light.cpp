@@ -33,8 +33,8 @@ Splats splats_of(const std::vector<float>& x, const Vec3d& eye, const std::vecto
     const Density density = density_at(x);
     Density soft = density;
     soft.rho = smoothed(density.rho);
-    return visible_splats({x, v, spacing}, density, soft, view_of(Camera{eye, {0.2, 0.2, 0.2}, 40}, {}, 1, 0),
-                          to_sun, 4);
+    return visible_splats({x, v, spacing}, density, soft, halved(halved(density)),
+                          view_of(Camera{eye, {0.2, 0.2, 0.2}, 40}, {}, 1, 0), to_sun, 4);
 }
 
 double total(const Density& density) {
@@ -143,8 +143,9 @@ TEST_CASE("where particles are small, some of them cover as much as all would", 
     const auto area = [&](float least_radius, std::size_t& count) {
         double sum = 0;
         count = 0;
-        for (const Splat& s :
-             visible_splats({x, {}, spacing}, density, soft, view, to_sun, 4, {least_radius}).all)
+        for (const Splat& s : visible_splats({x, {}, spacing}, density, soft, halved(halved(density)), view,
+                                             to_sun, 4, {least_radius})
+                                  .all)
             if (s.hash != 0.5f) sum += s.radius * s.radius, ++count;  // 0.5: plugs, which are not particles
         return sum;
     };
@@ -155,6 +156,27 @@ TEST_CASE("where particles are small, some of them cover as much as all would", 
     CHECK(double(some) == Approx(0.25 * double(all)).epsilon(0.05));
     area(0.9f * wanted, some);
     CHECK(some == all);
+}
+
+TEST_CASE("powder spreads to its neighbours, hides no more for it, and where it is thin nothing", "[light]") {
+    float dense = 0, sparse = INFINITY;
+    for (const int apart : {2, 3, 4, 8}) {
+        std::vector<float> x = block(12, 12);
+        for (float& c : x) c *= static_cast<float>(apart);
+        const Splats splats = splats_of(x, {0, 0, 9}, std::vector<float>(x.size(), 3.0f));
+        float radius = 0, hidden = 0;  // means; hidden: πr² times opacity, but for π
+        for (const SprayPoint& s : splats.spray) {
+            CHECK(s.powder <= s.amount);
+            radius += s.puff, hidden += s.puff * s.puff * s.powder;
+        }
+        const auto count = static_cast<float>(splats.spray.size());
+        REQUIRE(count > 1000);
+        INFO(apart << " spacings apart: " << radius / count / spacing << ", " << hidden / count);
+        CHECK(radius / count > dense);
+        CHECK(hidden / count <= sparse);
+        dense = radius / count, sparse = hidden / count;
+    }
+    CHECK(sparse == 0);
 }
 
 TEST_CASE("a single particle is spray in flight and a crumb at rest, unbroken snow is neither", "[light]") {
