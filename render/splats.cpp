@@ -23,7 +23,8 @@ float smoothstep(float a, float b, float x) {
 /// How whole the snow around a particle is, 0 in the air to 1; ρ is the smoothed density, of which a single
 /// particle makes about 0.03 and the face of unbroken snow has a half.
 constexpr float whole_from = 0.27f;
-float wholeness(float rho) { return smoothstep(0.05f, whole_from, rho); }
+constexpr float whole_alone = 0.05f;
+float wholeness(float rho) { return smoothstep(whole_alone, whole_from, rho); }
 
 float radius_of(float spacing, float whole, float hash) {
     return spacing * 0.85f * whole * (0.75f + 0.5f * hash);
@@ -326,10 +327,12 @@ Splats visible_splats(const ParticleView& particles, const Density& density, con
             if (const float amount = (1 - solid_share) * (0.5f + 0.5f * flying); amount > 0.15f) {
                 SprayPoint point = spray_point(particles, p, amount, 1 - smoothstep(0.03f, 0.10f, rho), hash);
                 point.crumb = sprayed ? crumb : 0;
-                spread_powder(point, particles.spacing, wide.at(x));
+                // A grain that flies alone past a lump has none.
+                spread_powder(point, particles.spacing, std::min(wide.at(x), 1.6f * (rho - 0.022f)));
                 piece.spray.push_back(point);
             }
-            if (const float radius = std::max(radius_of(particles.spacing, solid_share, hash), crumb);
+            if (const float radius =
+                    std::max(radius_of(particles.spacing, std::sqrt(solid_share), hash), crumb);
                 radius > 0.017f * particles.spacing && kept)
                 add(splat_of(p, radius * wanted, hash), covered | (sprayed ? from_eye : 0));
         });
