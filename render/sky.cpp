@@ -33,8 +33,8 @@ Light unadapted(double elevation) {
     const double golden = smoothstep(-8, 1, elevation) * (1 - smoothstep(4, 22, elevation));
     Light light;
     light.sun = 1.19 * set * (-air_mass(elevation) * optical_depth).array().exp().matrix();
-    light.zenith = day * Vector3d(0.075, 0.19, 0.46);
-    const Vector3d cool(0.56, 0.67, 0.80), warm(0.78, 0.56, 0.42);
+    light.zenith = day * Vector3d(0.060, 0.16, 0.41);
+    const Vector3d cool(0.50, 0.61, 0.745), warm(0.78, 0.56, 0.42);
     light.horizon = day * (cool + 0.8 * golden * (warm - cool));
     light.sky = day * (Vector3d(0.25, 0.34, 0.465) + 0.25 * golden * Vector3d(0.10, 0.0, -0.04));
     return light;

@@ -23,11 +23,11 @@ float smoothstep(float a, float b, float x) {
 /// How whole the snow around a particle is, 0 in the air to 1; ρ is the smoothed density, of which a single
 /// particle makes about 0.03 and the face of unbroken snow has a half.
 constexpr float whole_from = 0.27f;
-constexpr float whole_alone = 0.05f;
-float wholeness(float rho) { return smoothstep(whole_alone, whole_from, rho); }
+float wholeness(float rho, float flying) { return smoothstep(0.05f + 0.10f * flying, whole_from, rho); }
 
+/// The looser, the more unlike each other: few are large, and many fill the gaps.
 float radius_of(float spacing, float whole, float hash) {
-    return spacing * 0.85f * whole * (0.75f + 0.5f * hash);
+    return spacing * 0.85f * whole * (1 + (1.2f - 0.7f * whole) * (hash * hash - 1.0f / 3));
 }
 
 Eigen::Vector3f cell_coordinates(const Vector3f& x, const Density& density) {
@@ -320,7 +320,7 @@ Splats visible_splats(const ParticleView& particles, const Density& density, con
                 if (kept) add(splat_of(p, radius_of(particles.spacing, 1, hash) * wanted, hash), covered);
                 return;
             }
-            const float rho = soft.at(x), solid_share = wholeness(rho), flying = flight(particles, p);
+            const float rho = soft.at(x), flying = flight(particles, p), solid_share = wholeness(rho, flying);
             const float crumb = radius_of(particles.spacing, crumb_share(hash) * (1 - flying), hash);
             const bool sprayed = solid_share < crumb_share(hash) * (1 - flying) &&
                                  crumb < detail.crumb * view.sample_tan * view.basis.col(2).dot(x - view.eye);

@@ -111,16 +111,16 @@ float open_sky(float visible) { return visible / (1.0 - 0.6 * (1.0 - visible)); 
 
 vec3 sky_by_normal(vec3 normal) { return sky_light * (0.65 + 0.35 * normal.y); }
 
-// Light from the snow-covered country below.
-vec3 bounce_by_normal(vec3 normal) {
+// Light from the snow-covered country below, a share of which lies in the sun.
+vec3 bounce_by_normal(vec3 normal, float sunlit) {
     const vec3 shaded = vec3(0.88, 1.0, 1.12);  // much of it lies in blue shade
-    return 0.5 * shaded * (sun_light * max(to_sun.y, 0.0) + sky_light) * (0.5 - 0.5 * normal.y);
+    return 0.5 * shaded * (sunlit * max(to_sun.y, 0.0) * sun_light + sky_light) * (0.5 - 0.5 * normal.y);
 }
 
 // Film's answer to light: a toe, contrast, and a shoulder that is never quite white.
 vec3 develop(vec3 light) {
     vec3 x = exposure * max(light, vec3(0.0));
-    return 1.0 - exp(-1.55 * pow(x, vec3(1.25)));
+    return 1.0 - exp(-1.8 * pow(x, vec3(1.25)));
 }
 
 // Of a surface that bright snow stands before.

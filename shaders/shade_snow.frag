@@ -63,8 +63,8 @@ void main() {
     float raw = texelFetch(raw_depths, at, 0).r, wide = texelFetch(wide_depths, at, 0).r;
     float pit = clamp((raw - depth) / spacing, -0.6, 0.8), hollow = clamp((depth - wide) / (3.0 * spacing), -0.7, 0.9);
     float near = clamp(5.0 * depth * sample_tan / spacing, 0.15, 1.0);  // a lump of its own shows no pits
-    float loose = 1.0 - smoothstep(0.12, 0.42, outward.a);  // light finds its way between grains
-    float open = clamp(1.0 - (1.0 - 0.6 * loose) * (0.30 * near * pit + 0.45 * hollow), 0.35, 1.25);
+    float loose = 1.0 - smoothstep(0.12, 0.42, outward.a);  // light finds its way between grains, and through what is thin
+    float open = clamp(1.0 - (1.0 - 0.4 * loose) * (0.30 * near * pit + 0.45 * hollow), 0.35, 1.25);
 
     vec3 lifted = position + 1.2 * spacing * normal;  // or it would lie in its own shade
     vec4 light = light_at(position + spacing * normal);
@@ -73,9 +73,11 @@ void main() {
     float direct = facing * sun_visibility(lifted, facing, 0.8 * spacing) * thin * mix(1.0, open, 0.5);
     float past_bodies = texture(shadow_bodies, shadow_position(lifted));
     vec3 inside = past_bodies * light.rgb * deep;  // a cloud scatters on what it takes
-    vec3 sun = sun_light * (mix(vec3(direct), inside, scattering + 0.24 * loose) + 0.35 * (1.0 - thin) * past_bodies * light.g);
+    vec3 sun = sun_light * (mix(vec3(direct), inside, scattering + loose * (0.10 + 0.40 * light.g)) + 0.35 * (1.0 - thin) * past_bodies * light.g);
     float seen = open_sky(clamp(light.a * open, 0.0, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));
-    vec3 around = seen * (sky_by_normal(normal) + seen * bounce_by_normal(normal));
+    // Most of the sky's light comes from the sun's side: grains that lean there are lighter, in shade as well.
+    seen *= 1.0 + 0.6 * grain_share * dot(grain - normal, normalize(to_sun + vec3(0.0, 1.0, 0.0)));
+    vec3 around = seen * (sky_by_normal(normal) + seen * bounce_by_normal(normal, seen));
     if (coloured) {
         // Shaded only as far as it takes to see the shape: the colours must be those of the scale.
         vec3 own = texture(palette, vec2(texelFetch(values, at, 0).r, 0.5)).rgb;

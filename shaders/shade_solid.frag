@@ -33,7 +33,7 @@ void main() {
     float open = open_to_bodies(position, face);
     float snow_open = light_at(position + spacing * face).a;
     open *= open_sky(snow_open);
-    vec3 colour = m.albedo * (sun_light * direct + open * (sky_by_normal(m.normal) + bounce_by_normal(m.normal)));
+    vec3 colour = m.albedo * (sun_light * direct + open * (sky_by_normal(m.normal) + bounce_by_normal(m.normal, open)));
 
     if (m.mirror > 0.0) {
         vec3 mirror_way = reflect(towards, m.normal), half_way = normalize(to_sun - towards);

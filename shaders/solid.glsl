@@ -34,6 +34,6 @@ float hash_at(vec2 cell) { return fract(sin(dot(cell, vec2(12.9898, 78.233))) * 
 // The sky in a surface that is not quite smooth; what lies below the horizon is bright snow.
 vec3 mirrored(vec3 direction, float rough) {
     vec3 up = sky(normalize(direction + vec3(0.0, 0.5 * rough, 0.0)));
-    vec3 even = sky_by_normal(direction) + bounce_by_normal(direction);
+    vec3 even = sky_by_normal(direction) + bounce_by_normal(direction, 1.0);
     return mix(mix(0.8 * even, up, smoothstep(-0.15 * rough - 0.02, 0.15 * rough + 0.02, direction.y)), even, 0.6 * rough);
 }

@@ -60,10 +60,10 @@ void main() {
     float seen = texture(shadow_all, shadow_position(at + 1.5 * spacing * to_sun));
     float forward = max(dot(normalize(ray), to_sun), 0.0);  // ice throws most of the light onwards
     float facing = mix(0.62, 0.92 * max(dot(normal, to_sun) + 0.25, 0.0) / 1.25, dense) + 1.2 * pow(forward, 6.0);
-    vec3 sun = sun_light * light.rgb * light.g * mix(0.30, facing, seen);
-    vec3 colour = sun + (0.9 * open_sky(light.a)) * (sky_light * (1.0 + 0.3 * dense * normal.y) + bounce_by_normal(dense * normal));
+    vec3 sun = sun_light * light.rgb * light.g * mix(puff ? 0.30 : 0.15, facing, seen);
+    vec3 colour = sun + (0.9 * open_sky(light.a)) * (sky_light * (1.0 + 0.3 * dense * normal.y) + bounce_by_normal(dense * normal, seen));
 
-    if (lines == 1) opacity = min(2.5 * opacity * min(radius, 1.5), 0.9);
+    if (lines == 1) opacity = min(1.9 * opacity * min(radius, 1.5), 0.8);
     spray_colour = vec4(seen_through_air(colour, spray_depth, ray), opacity);
     if (coloured) spray_colour.rgb = pow(textureLod(palette, vec2(value, 0.5), 0.0).rgb, vec3(2.2));
     bool shown = streak == (lines == 1) && (!puff || hash < puff_share) && opacity > 0.004 && r > 0.0 && spray_depth > near_depth;
