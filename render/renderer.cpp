@@ -38,7 +38,7 @@ Effort effort_of(Quality quality) {
                     .shadow_size = 2048,
                     .shadow_taps = 16,
                     .children = 10,
-                    .puffs = 0.4f,
+                    .puffs = 0.8f,
                     .grains = 3,
                     .fine_light = true};
     }

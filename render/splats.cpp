@@ -27,7 +27,8 @@ float wholeness(float rho, float flying) { return smoothstep(0.05f + 0.10f * fly
 
 /// The looser, the more unlike each other: few are large, and many fill the gaps.
 float radius_of(float spacing, float whole, float hash) {
-    return spacing * 0.85f * whole * (1 + (1.2f - 0.7f * whole) * (hash * hash - 1.0f / 3));
+    const float h2 = hash * hash;
+    return spacing * 0.85f * whole * std::lerp(0.5f + 1.75f * h2 * h2, 0.83f + 0.5f * h2, whole);
 }
 
 Eigen::Vector3f cell_coordinates(const Vector3f& x, const Density& density) {

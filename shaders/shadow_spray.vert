@@ -8,8 +8,8 @@ uniform float max_point_size;
 flat out float thickness; // optical depth in the middle
 
 void main() {
-    gl_Position = shadow_matrix * vec4(center, 1.0);
+    gl_Position = powder > 0.01 ? shadow_matrix * vec4(center, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
     float radius = 1.6 * puff_radius / texel, drawn = clamp(radius, 2.0, 0.5 * max_point_size);
     gl_PointSize = 2.0 * drawn;
-    thickness = 0.14 * powder * radius * radius / (drawn * drawn);
+    thickness = 0.22 * powder * radius * radius / (drawn * drawn);
 }

@@ -22,7 +22,7 @@ float share_hidden() {
         // Each is uneven in its own way.
         vec4 bend = 2.0 * fract(spray_hash * vec4(37.7, 311.3, 733.1, 171.9)) - 1.0;
         vec2 at = p / (spray_radius + length(half_way));
-        opacity *= clamp(0.9 + 1.0 * (dot(bend.xy, at) + dot(bend.zw, vec2(at.x * at.x - at.y * at.y, 2.0 * at.x * at.y))), 0.0, 2.0);
+        opacity *= clamp(0.9 + 1.7 * (dot(bend.xy, at) + dot(bend.zw, vec2(at.x * at.x - at.y * at.y, 2.0 * at.x * at.y))), 0.0, 2.0);
         // A puff that a surface cuts through ends softly.
         float behind = texelFetch(raw_depths, ivec2(gl_FragCoord.xy), 0).r;
         if (behind > 0.0) opacity *= clamp((behind - spray_depth) / (2.0 * spacing), 0.0, 1.0);

@@ -30,7 +30,7 @@ void main() {
     vec3 h = fract(hash * vec3(71.3, 433.1, 191.9) + float(grain) * vec3(0.6180, 0.4142, 0.7321));
     vec3 at = center + (puff || whole ? vec3(0.0) : mix(1.5, 2.4, clamp(2.0 * amount - 1.0, 0.0, 1.0)) * spacing * (h - 0.5));
     float r = whole ? 1.2 * crumb : puff ? puff_radius : spacing * (0.07 + 0.16 * h.x * h.y);
-    float opacity = whole ? 1.0 : puff ? (coloured ? 0.12 : 0.42) * inversesqrt(puff_share) * powder : 0.85 * amount;
+    float opacity = whole ? 1.0 : puff ? (coloured ? 0.12 : 0.36) * inversesqrt(puff_share) * powder : 0.85 * amount;
 
     spray_depth = dot(at - eye, basis[2]);
     float sample_width = max(spray_depth, near_depth) * sample_tan;
@@ -46,21 +46,24 @@ void main() {
     float length_of_way = length(straight);
     bool streak = !puff && !whole && length_of_way > 2.0 * radius;
     float longest = puff ? 1.2 * radius : max(0.5 * max_point_size - radius - 1.0, 0.0);
-    straight = (0.4 + 0.6 * h.z) * mat2(1.0, 0.5 * h.y - 0.25, 0.25 - 0.5 * h.y, 1.0) * straight;  // the air whirls
+    straight = (0.2 + 0.8 * h.z * h.z) * mat2(1.0, 0.5 * h.y - 0.25, 0.25 - 0.5 * h.y, 1.0) * straight;  // the air whirls
     half_way = straight * min(1.0, longest / max(length_of_way, 1e-6));
-    opacity *= whole ? 1.0 : puff ? radius / (radius + 0.7 * length(half_way)) : radius / (radius + 0.5 * length_of_way);
+    // What flies to or from the eye hides no more than what flies across.
+    float blurred = max(length_of_way, 0.15 * shutter * length(velocity) / sample_width);
+    opacity *= whole ? 1.0 : puff ? radius / (radius + 0.7 * length(half_way)) : radius / (radius + 0.5 * blurred);
     spray_radius = radius;
     spray_size = 2.0 * (radius + length(half_way)) + 1.0;
     spray_hash = hash;
 
     // A cloud has a lit and a shaded side: the denser it is, the more it answers to light as a surface does.
     vec4 light = light_at(at), outward = texture(snow_outward, (at - volume_origin) / volume_size);
-    float slope = length(outward.xyz), dense = smoothstep(0.02, 0.10, outward.a) * smoothstep(0.05, 0.6, slope / (outward.a + 0.01));
+    // Thin dust has no dark side: it scatters what has come through it to all sides.
+    float slope = length(outward.xyz), dense = smoothstep(0.02, 0.10, outward.a) * smoothstep(0.05, 0.6, slope / (outward.a + 0.01)) * (1.0 - 0.75 * light.g * light.g);
     vec3 normal = outward.xyz / max(slope, 1e-6);
     float seen = texture(shadow_all, shadow_position(at + 1.5 * spacing * to_sun));
     float forward = max(dot(normalize(ray), to_sun), 0.0);  // ice throws most of the light onwards
     float facing = mix(0.62, 0.92 * max(dot(normal, to_sun) + 0.25, 0.0) / 1.25, dense) + 1.2 * pow(forward, 6.0);
-    vec3 sun = sun_light * light.rgb * light.g * mix(puff ? 0.30 : 0.15, facing, seen);
+    vec3 sun = sun_light * light.rgb * light.g * mix(puff ? 0.42 : 0.15, facing, seen);
     vec3 colour = sun + (0.9 * open_sky(light.a)) * (sky_light * (1.0 + 0.3 * dense * normal.y) + bounce_by_normal(dense * normal, seen));
 
     if (lines == 1) opacity = min(1.9 * opacity * min(radius, 1.5), 0.8);
