@@ -30,7 +30,7 @@ void main() {
     vec3 h = fract(hash * vec3(71.3, 433.1, 191.9) + float(grain) * vec3(0.6180, 0.4142, 0.7321));
     vec3 at = center + (puff || whole ? vec3(0.0) : mix(1.5, 2.4, clamp(2.0 * amount - 1.0, 0.0, 1.0)) * spacing * (h - 0.5));
     float r = whole ? 1.2 * crumb : puff ? puff_radius : spacing * (0.07 + 0.16 * h.x * h.y);
-    float opacity = whole ? 1.0 : puff ? (coloured ? 0.12 : 0.36) * inversesqrt(puff_share) * powder : 0.85 * amount;
+    float opacity = whole ? 1.0 : puff ? (coloured ? 0.12 : 0.28) * inversesqrt(puff_share) * powder : 0.85 * amount;
 
     spray_depth = dot(at - eye, basis[2]);
     float sample_width = max(spray_depth, near_depth) * sample_tan;
@@ -66,7 +66,7 @@ void main() {
     vec3 sun = sun_light * light.rgb * light.g * mix(puff ? 0.42 : 0.15, facing, seen);
     vec3 colour = sun + (0.9 * open_sky(light.a)) * (sky_light * (1.0 + 0.3 * dense * normal.y) + bounce_by_normal(dense * normal, seen));
 
-    if (lines == 1) opacity = min(1.9 * opacity * min(radius, 1.5), 0.8);
+    if (lines == 1) opacity = min(3.0 * opacity * min(radius, 1.5), 0.8);
     spray_colour = vec4(seen_through_air(colour, spray_depth, ray), opacity);
     if (coloured) spray_colour.rgb = pow(textureLod(palette, vec2(value, 0.5), 0.0).rgb, vec3(2.2));
     bool shown = streak == (lines == 1) && (!puff || hash < puff_share) && opacity > 0.004 && r > 0.0 && spray_depth > near_depth;
