@@ -91,22 +91,6 @@ void smooth_along(int axis, const Field& from, std::vector<float>& to) {
         }
 }
 
-/// The lower corner of the eight cells around a point, and where it is between their centres.
-struct Corner {
-    Vector3i cell;
-    Vector3f f;
-    bool inside;
-};
-
-Corner corner_of(const Density& density, const Vector3f& x) {
-    const Vector3f u = (x - density.origin) / density.cell - Vector3f::Constant(0.5f);
-    const Vector3f floor = u.array().floor();
-    const bool inside =
-        (floor.array() >= 0).all() && (floor.array() < density.rho.size.cast<float>().array() - 1).all();
-    if (!inside) return {Vector3i::Zero(), Vector3f::Zero(), false};
-    return {floor.cast<int>(), u - floor, true};
-}
-
 /// Adds some of the particles: to eight cells each, by where it is between their centres.
 void add_particles(Density& density, const float* x, std::ptrdiff_t count, float share) {
     float* rho = density.rho.values.data();
@@ -187,18 +171,25 @@ Density density_of(const ParticleView& particles, std::size_t max_cells) {
     return density;
 }
 
-float Density::at(const Vector3f& x) const {
-    const Corner corner = corner_of(*this, x);
-    if (!corner.inside) return 0;
-    const Vector3f f = corner.f;
-    float sum = 0;
-    for (int k = 0; k < 2; ++k)
-        for (int j = 0; j < 2; ++j) {
-            const float* v =
-                &rho.values[rho.index(corner.cell.x(), corner.cell.y() + j, corner.cell.z() + k)];
-            sum += (k ? f.z() : 1 - f.z()) * (j ? f.y() : 1 - f.y()) * (v[0] + f.x() * (v[1] - v[0]));
-        }
-    return sum;
+void Density::at(const float* x, const float* y, const float* z, std::size_t count, float* result) const {
+    const Vector3f first = origin + Vector3f::Constant(0.5f * cell), last = (rho.size.array() - 1).cast<float>();
+    const float per_cell = 1 / cell;
+    const std::int32_t dy = rho.size.x(), dz = dy * rho.size.y();
+    const float* v = rho.values.data();
+    for (std::size_t p = 0; p < count; ++p) {  // as many at once as the processor can
+        const float u = (x[p] - first.x()) * per_cell, t = (y[p] - first.y()) * per_cell,
+                    w = (z[p] - first.z()) * per_cell;
+        const bool inside = (u >= 0) & (u < last.x()) & (t >= 0) & (t < last.y()) & (w >= 0) & (w < last.z());
+        const float u0 = inside ? u : 0, t0 = inside ? t : 0, w0 = inside ? w : 0;
+        const auto i = static_cast<std::int32_t>(u0), j = static_cast<std::int32_t>(t0),
+                   k = static_cast<std::int32_t>(w0);
+        const float fu = u0 - static_cast<float>(i), ft = t0 - static_cast<float>(j), fw = w0 - static_cast<float>(k);
+        const std::int32_t c = k * dz + j * dy + i;
+        const auto along = [&](std::int32_t at) { return v[at] + fu * (v[at + 1] - v[at]); };
+        const float near = along(c) + ft * (along(c + dy) - along(c)),
+                    far = along(c + dz) + ft * (along(c + dz + dy) - along(c + dz));
+        result[p] = inside ? near + fw * (far - near) : 0;
+    }
 }
 
 std::vector<std::uint8_t> enclosed_cells(const Field& field, float least) {
