@@ -9,6 +9,7 @@
 #include "render/view.h"
 
 #include <array>
+#include <future>
 #include <map>
 
 namespace firn {
@@ -60,6 +61,12 @@ struct BodyDistances {
     float reach;                     ///< over which they hide the sky [m]
 };
 
+/// Light and slope of the density, as textures take them.
+struct VolumeCells {
+    Eigen::Vector3i size, light_size;
+    std::vector<Eigen::half> outward, light;
+};
+
 /// Everything of one picture that the passes share.
 struct Frame {
     View view;
@@ -76,6 +83,7 @@ struct Frame {
     float spacing;                               ///< [m]
     float nearest_snow;                          ///< depth [m]
     Eigen::Vector3f volume_origin, volume_size;  ///< [m]
+    std::future<VolumeCells> volume;             ///< made while surfaces are drawn.
     GLsizei near_lit_splats, near_splats, far_lit_splats, seen_splats, splats;  ///< in the buffer, as struct Splats.
     GLsizei spray;                               ///< in the buffer
     SpraySorted::Part spray_with_puffs, spray_without;
@@ -110,7 +118,7 @@ struct Renderer::Passes {
     void resolve();
     Image read_back();
 
-    void upload_volume(const Density&, const Density& soft, float spacing, const Eigen::Vector3f& to_sun);
+    void upload_volume(const VolumeCells&);
     const Program& shading_program(const std::string& name, const std::vector<std::string>& files,
                                    const BodyDistances&);
     const Program& solid_program(Look, const BodyDistances&);

@@ -1,6 +1,8 @@
 #include "render/light.h"
 #include "render/passes.h"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -79,7 +81,15 @@ Eigen::AlignedBox3f shadowed_region(const Density& density, const std::vector<So
 
 }  // namespace
 
-/// Density, light volume and what is to be drawn, on the CPU; then all of it to OpenGL.
+/// On one thread: software that draws leaves one of two idle while it sets points up.
+static VolumeCells volume_of(const Density& density, const Density& soft, bool fine_light, float spacing, const Vector3f& to_sun) {
+    omp_set_num_threads(1);
+    const Density lit = fine_light ? density : halved(density);
+    const std::vector<SnowLight> inside = light_in_snow(lit, spacing, to_sun);
+    return {soft.rho.size, lit.rho.size, outward_of(soft.rho), halves(inside.data()->sun, 4 * inside.size())};
+}
+
+/// Density and what is to be drawn, on the CPU, and all of it to OpenGL; the light volume follows.
 Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>& solids,
                                 const Camera& camera, double time) {
     if (particles.size() == 0 && !(particles.spacing > 0)) particles.spacing = 0.01f;
@@ -103,12 +113,9 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     }
     if (picture.grid_nodes) frame.nodes = nodes_of(particles);
 
-    const Density density = density_of(particles, max_cells);
-    Density soft = density;
-    soft.rho = smoothed(density.rho);
+    Density density = density_of(particles, max_cells), soft{density.origin, density.cell, smoothed(density.rho)};
     frame.volume_origin = density.origin;
     frame.volume_size = density.cell * density.rho.size.cast<float>();
-    upload_volume(density, soft, particles.spacing, frame.to_sun);
 
     prepare_solids(frame, solids, time);
     const bool any_snow = std::any_of(density.rho.values.begin(), density.rho.values.end(), [](float rho) { return rho > 0; });
@@ -120,6 +127,8 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     const Splats visible = visible_splats(particles, density, soft, frame.view, frame.to_sun, children_from,
                                           {effort.least_radius, effort.least_thrower * frame.shadow.texel,
                                            std::max(1.2f * static_cast<float>(effort.edge), 1.0f)});
+    frame.volume = std::async(std::launch::async, volume_of, std::move(density), std::move(soft), effort.fine_light,
+                              particles.spacing, frame.to_sun);
     upload(splats, visible.all.data(), visible.all.size() * sizeof(Splat));
     frame.splats = static_cast<GLsizei>(visible.all.size());
     frame.near_lit_splats = static_cast<GLsizei>(visible.near_lit);
@@ -138,18 +147,14 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     return frame;
 }
 
-void Renderer::Passes::upload_volume(const Density& density, const Density& soft, float spacing,
-                                     const Vector3f& to_sun) {
-    const Density lit = effort.fine_light ? density : halved(density);
-    const std::vector<SnowLight> inside = light_in_snow(lit, spacing, to_sun);
-    const std::vector<Eigen::half> light_cells = halves(inside.data()->sun, 4 * inside.size());
+void Renderer::Passes::upload_volume(const VolumeCells& volume) {
     const auto upload_cells = [&](const Texture& texture, const Eigen::Vector3i& n, const std::vector<Eigen::half>& cells) {
         bind_texture(0, GL_TEXTURE_3D, texture);
         glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16F, n.x(), n.y(), n.z(), 0, GL_RGBA, GL_HALF_FLOAT,
                      cells.data());
     };
-    upload_cells(snow_outward, soft.rho.size, outward_of(soft.rho));
-    upload_cells(snow_light, lit.rho.size, light_cells);
+    upload_cells(snow_outward, volume.size, volume.outward);
+    upload_cells(snow_light, volume.light_size, volume.light);
     check_gl("light volume");
 }
 

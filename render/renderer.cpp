@@ -154,10 +154,11 @@ Image Renderer::Passes::draw(const ParticleView& particles, const std::vector<So
 
 void Renderer::Passes::draw_moment(const ParticleView& particles, const std::vector<Solid>& solids,
                                    const Camera& camera, double time) {
-    const Frame frame = prepare(particles, solids, camera, time);
+    Frame frame = prepare(particles, solids, camera, time);
     draw_shadows(frame);
     draw_surfaces(frame);
     smooth_depth(frame);
+    upload_volume(frame.volume.get());
     shade(frame);
     draw_nodes(frame);
     draw_glass(frame);
