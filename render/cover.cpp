@@ -1,5 +1,7 @@
 #include "render/cover.h"
 
+#include "render/light.h"
+
 #include <algorithm>
 
 namespace firn {
@@ -70,44 +72,63 @@ bool is_covered(const Vector3f& splat, const Vector3f& eye, const Cover& cover, 
            cover.covers(splat, way / distance, distance - cover.cell, from_cells);
 }
 
+/// Cells behind at least two, counted from 1.2 cells before them on, of unbroken snow. Thickness spreads to
+/// the sides as it is passed on from slice to slice; where it ends at 4, shade grows by less than a cell.
+static std::vector<std::uint8_t> unlit_cells(const Density& density, const Vector3f& to_sun) {
+    Density firm = density;
+    for (float& rho : firm.rho.values) rho = std::clamp(2 * rho - 1, 0.0f, 1.0f);
+    const Field tau = thickness_towards(firm, firm.cell, to_sun, 4);
+    std::vector<std::uint8_t> unlit(tau.values.size());
+    for (std::size_t c = 0; c < unlit.size(); ++c) unlit[c] = tau.values[c] >= 3.2f;
+    return unlit;
+}
+
 HiddenCells::HiddenCells(const Density& density, const Density& soft, const Cover& cover, const Vector3f& eye,
                          const Vector3f& to_sun)
-    : cover_(cover), eye_(eye), to_sun_(to_sun), cells_(enclosed_cells(density.rho, solid)) {
-    const std::vector<std::uint8_t> all_whole = enclosed_cells(soft.rho, whole_from);
+    : cover_(cover), eye_(eye) {
+    std::vector<std::uint8_t> all_whole, unlit;
+#pragma omp parallel sections
+    {
+#pragma omp section
+        unlit = unlit_cells(density, to_sun);
+#pragma omp section
+        {
+            cells_ = enclosed_cells(density.rho, solid);
+            all_whole = enclosed_cells(soft.rho, whole_from);
+        }
+    }
     const auto count = static_cast<std::ptrdiff_t>(cells_.size());
 #pragma omp parallel for
     for (std::ptrdiff_t c = 0; c < count; ++c)
-        cells_[c] = static_cast<std::uint8_t>(not_asked | (cells_[c] ? enclosed : 0) | (all_whole[c] ? whole : 0));
+        cells_[c] = static_cast<std::uint8_t>(not_asked | (unlit[c] ? from_sun : 0) | (cells_[c] ? enclosed : 0) |
+                                              (all_whole[c] ? whole : 0));
 }
 
 /// Particles are up to a cell's edge nearer than its middle.
-int HiddenCells::ask(std::size_t cell) {
+std::uint8_t HiddenCells::ask(std::size_t cell) {
     constexpr float from_cells = 1.7f;
     const auto nx = static_cast<std::size_t>(cover_.size.x()), ny = static_cast<std::size_t>(cover_.size.y());
     const Vector3f u(static_cast<float>(cell % nx) + 0.5f, static_cast<float>(cell / nx % ny) + 0.5f,
                      static_cast<float>(cell / nx / ny) + 0.5f);
-    const Vector3f x = cover_.origin + cover_.cell * u;
-    const int kind = known(cell).load(std::memory_order_relaxed) & (enclosed | whole),
-              hidden = kind | (is_covered(x, eye_, cover_, from_cells) ? from_eye : 0) |
-                       (cover_.covers(x, to_sun_, INFINITY, from_cells) ? from_sun : 0);
-    known(cell).store(static_cast<std::uint8_t>(hidden), std::memory_order_relaxed);
-    return hidden;
+    const int kind = known(cell) & ~not_asked,
+              hidden = kind | (is_covered(cover_.origin + cover_.cell * u, eye_, cover_, from_cells) ? from_eye : 0);
+    at(cell).store(static_cast<std::uint8_t>(hidden), std::memory_order_relaxed);
+    return static_cast<std::uint8_t>(hidden);
 }
 
-/// What hides the next cell that way hides this one, too.
+/// What hides the next cell on the way to the eye hides this one, too.
 int HiddenCells::of_enclosed(int i, int j, int k) {
     const Vector3f u(static_cast<float>(i) + 0.5f, static_cast<float>(j) + 0.5f, static_cast<float>(k) + 0.5f);
-    const Vector3f x = cover_.origin + cover_.cell * u, to_eye = (eye_ - x).normalized();
-    const auto next = [&](const Vector3f& way) {
-        const Vector3i n = (u + way).cast<int>();  // an enclosed cell is never at the grid's rim
-        const std::size_t cell = (static_cast<std::size_t>(n.z()) * cover_.size.y() + n.y()) * cover_.size.x() + n.x();
-        const int hidden = known(cell).load(std::memory_order_relaxed);
-        return hidden & not_asked ? ask(cell) : hidden;
+    const Vector3f x = cover_.origin + cover_.cell * u, next = u + (eye_ - x).normalized();
+    const auto index = [&](int a, int b, int c) {
+        return (static_cast<std::size_t>(c) * cover_.size.y() + b) * cover_.size.x() + a;
     };
-    int hidden = (next(to_eye) & from_eye) | (next(to_sun_) & from_sun);
-    if (!(hidden & from_eye) && is_covered(x, eye_, cover_)) hidden |= from_eye;
-    if (!(hidden & from_sun) && cover_.covers(x, to_sun_, INFINITY)) hidden |= from_sun;
-    return hidden;
+    // An enclosed cell is never at the grid's rim.
+    const std::size_t before = index(static_cast<int>(next.x()), static_cast<int>(next.y()), static_cast<int>(next.z()));
+    const int here = known(index(i, j, k)) & from_sun;
+    int hidden = known(before);
+    if (hidden & not_asked) hidden = ask(before);
+    return here | (hidden & from_eye || is_covered(x, eye_, cover_) ? from_eye : 0);
 }
 
 }  // namespace firn

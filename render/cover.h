@@ -32,26 +32,23 @@ inline constexpr float whole_from = 0.27f;
 /// What a cell's particles are and what hides them; `whole`: all in unbroken snow, none is spray.
 enum Hidden : std::uint8_t { from_eye = 1, from_sun = 2, enclosed = 4, whole = 8, not_asked = 16 };
 
-/// What hides the cells of a cover from eye and sun, asked when it is first wanted. Whichever thread asks first, the
-/// answer is the same.
+/// What hides the cells of a cover from eye and sun. The eye's answer is asked for when it is first wanted; whichever
+/// thread asks first, it is the same.
 class HiddenCells {
 public:
     HiddenCells(const Density&, const Density& soft, const Cover&, const Eigen::Vector3f& eye, const Eigen::Vector3f& to_sun);
     bool is_enclosed(std::size_t cell) const { return cells_[cell] & enclosed; }
-    /// What particles in a cell are, and, unless enclosed, what hides them.
-    int at(std::size_t cell) {
-        const int kind = known(cell).load(std::memory_order_relaxed);
-        return (kind & (not_asked | enclosed)) == not_asked ? ask(cell) : kind;
-    }
+    /// What is known of a cell: it may have to be asked for what hides it from the eye.
+    std::uint8_t known(std::size_t cell) { return at(cell).load(std::memory_order_relaxed); }
+    std::uint8_t ask(std::size_t cell);
     /// from_eye, from_sun: what hides the middle of an enclosed cell.
     int of_enclosed(int i, int j, int k);
 
 private:
-    std::atomic_ref<std::uint8_t> known(std::size_t cell) { return std::atomic_ref<std::uint8_t>(cells_[cell]); }
-    int ask(std::size_t cell);
+    std::atomic_ref<std::uint8_t> at(std::size_t cell) { return std::atomic_ref<std::uint8_t>(cells_[cell]); }
 
     const Cover& cover_;
-    Eigen::Vector3f eye_, to_sun_;
+    Eigen::Vector3f eye_;
     std::vector<std::uint8_t> cells_;
 };
 

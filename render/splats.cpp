@@ -133,9 +133,13 @@ struct Chooser {
                       k = static_cast<int>(inside ? w : 0);
             cell[p] = inside ? k * dz + j * dy + i : -1;
         }
+        std::array<std::uint8_t, Batch::most> known;
+        for (std::size_t p = 0; p < count; ++p) known[p] = hidden.known(std::max(cell[p], 0));
         Batch batch;
         for (std::size_t p = 0; p < count; ++p) {
-            const int kind = cell[p] >= 0 ? hidden.at(cell[p]) : drawable(at + 3 * p) ? 0 : enclosed;
+            int kind = known[p];
+            if (cell[p] < 0) kind = drawable(at + 3 * p) ? 0 : enclosed;
+            if ((kind & (not_asked | enclosed)) == not_asked) kind = hidden.ask(cell[p]);
             batch.p[batch.count] = static_cast<std::uint32_t>(first + p);
             batch.kind[batch.count] = static_cast<std::uint8_t>(kind);
             batch.count += !(kind & enclosed) & ((kind & (from_eye | from_sun)) != (from_eye | from_sun));
