@@ -232,13 +232,22 @@ Field smoothed(const Field& field) {
 Density halved(const Density& density) {
     const Vector3i fine = density.rho.size, n = (fine.array() + 1) / 2;
     Density coarse{density.origin, 2 * density.cell, {n, std::vector<float>(n.cast<std::size_t>().prod())}};
-#pragma omp parallel for
-    for (int k = 0; k < fine.z(); ++k)  // every second slice starts a new one: no two threads share a cell
-        for (int j = 0; j < fine.y() && k % 2 == 0; ++j)
-            for (int i = 0; i < fine.x(); ++i)
-                for (int l = k; l < std::min(k + 2, fine.z()); ++l)
-                    coarse.rho.values[coarse.rho.index(i / 2, j / 2, k / 2)] +=
-                        0.125f * density.rho.values[density.rho.index(i, j, l)];
+#pragma omp parallel
+    {
+        std::vector<float> sum(2 * n.x());
+#pragma omp for
+        for (int k = 0; k < n.z(); ++k)
+            for (int j = 0; j < n.y(); ++j) {
+                std::fill(sum.begin(), sum.end(), 0.0f);
+                for (int l = 2 * k; l < std::min(2 * k + 2, fine.z()); ++l)
+                    for (int m = 2 * j; m < std::min(2 * j + 2, fine.y()); ++m) {
+                        const float* row = &density.rho.values[density.rho.index(0, m, l)];
+                        for (int i = 0; i < fine.x(); ++i) sum[i] += row[i];
+                    }
+                float* to = &coarse.rho.values[coarse.rho.index(0, j, k)];
+                for (int i = 0; i < n.x(); ++i) to[i] = 0.125f * (sum[2 * i] + sum[2 * i + 1]);
+            }
+    }
     return coarse;
 }
 
