@@ -77,7 +77,7 @@ bool is_covered(const Vector3f& splat, const Vector3f& eye, const Cover& cover, 
 static std::vector<std::uint8_t> unlit_cells(const Density& density, const Vector3f& to_sun) {
     Density firm = density;
     for (float& rho : firm.rho.values) rho = std::clamp(2 * rho - 1, 0.0f, 1.0f);
-    const Field tau = thickness_towards(firm, firm.cell, to_sun, 4);
+    const Field tau = thickness_towards(firm, firm.cell, to_sun, 4, true);
     std::vector<std::uint8_t> unlit(tau.values.size());
     for (std::size_t c = 0; c < unlit.size(); ++c) unlit[c] = tau.values[c] >= 3.2f;
     return unlit;

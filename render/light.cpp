@@ -11,14 +11,16 @@ namespace firn {
 using Eigen::Vector3f;
 using Eigen::Vector3i;
 
-/// Slices across an axis are passed from the lit side on. With l the way from a slice to the one before it, and x'
+/// Slices across the axis nearest to the light's direction are passed from the lit side on. With l the way from a slice to the one before it, and x'
 /// the point of that one which the light passes:
 ///   τ(x) = τ(x') + l (ρ(x) + ρ(x')) / 2.
-/// Rows along x lie in one piece: they are cut only where the light runs along them.
-Field thickness_towards(const Density& density, float spacing, const Vector3f& to_light, float most) {
+/// Rows along x lie in one piece: with `rows_whole` they are cut only where the light runs along them.
+Field thickness_towards(const Density& density, float spacing, const Vector3f& to_light, float most,
+                        bool rows_whole) {
     const Vector3i n = density.rho.size;
-    int axis = std::abs(to_light.y()) > std::abs(to_light.z()) ? 1 : 2;
-    if (std::abs(to_light.x()) > 2 * std::abs(to_light[axis])) axis = 0;
+    int axis = 0;
+    const Vector3f share = to_light.cwiseAbs().cwiseProduct(Vector3f(rows_whole ? 0.5f : 1.0f, 1, 1));
+    share.maxCoeff(&axis);
     const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;  // u is the faster of the two other axes
     const std::array<std::ptrdiff_t, 3> stride = {1, n.x(), static_cast<std::ptrdiff_t>(n.x()) * n.y()};
     const Vector3f step = to_light / std::abs(to_light[axis]);  // to the slice before, in cells

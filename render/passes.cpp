@@ -243,6 +243,10 @@ const Program& Renderer::Passes::solid_program(Look look, const BodyDistances& b
 
 void Renderer::Passes::shade(const Frame& frame) {
     glBindFramebuffer(GL_FRAMEBUFFER, light_target.id());
+    if (frame.aperture == 0) {  // the lens alone looks at what lies in the margin
+        glEnable(GL_SCISSOR_TEST);
+        glScissor(margin, margin, frame.view.samples.x() - 2 * margin, frame.view.samples.y() - 2 * margin);
+    }
     bind_texture(unit_surface, GL_TEXTURE_2D, surface);
     bind_texture(unit_shadow_all, GL_TEXTURE_2D, shadow_all);
     bind_texture(unit_shadow_depths, GL_TEXTURE_2D, shadow_all);

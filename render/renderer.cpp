@@ -163,6 +163,7 @@ void Renderer::Passes::draw_moment(const ParticleView& particles, const std::vec
     draw_nodes(frame);
     draw_glass(frame);
     draw_spray(frame);
+    glDisable(GL_SCISSOR_TEST);
     picture_light = &light;
     if (frame.aperture > 0) blur_by_lens(frame);
 }
