@@ -66,31 +66,6 @@ Eigen::Vector3d cells_of(const Box3f& box, double cell) {
     return 2 * (cells / 2).array().ceil();
 }
 
-/// One axis of a filter; zero lies outside.
-void smooth_along(int axis, const Field& from, std::vector<float>& to) {
-    const Vector3i n = from.size;
-    const std::vector<float> zeros(n.x(), 0.0f);
-#pragma omp parallel for
-    for (int k = 0; k < n.z(); ++k)
-        for (int j = 0; j < n.y(); ++j) {
-            const float* row = &from.values[from.index(0, j, k)];
-            float* result = &to[from.index(0, j, k)];
-            if (axis == 0) {
-                for (int i = 1; i < n.x() - 1; ++i)
-                    result[i] = 0.25f * (row[i - 1] + 2 * row[i] + row[i + 1]);
-                for (const int i : {0, n.x() - 1})
-                    result[i] =
-                        0.25f * ((i > 0 ? row[i - 1] : 0) + 2 * row[i] + (i + 1 < n.x() ? row[i + 1] : 0));
-                continue;
-            }
-            const int at = axis == 1 ? j : k;
-            const std::ptrdiff_t stride = axis == 1 ? n.x() : static_cast<std::ptrdiff_t>(n.x()) * n.y();
-            const float* before = at > 0 ? row - stride : zeros.data();
-            const float* after = at + 1 < n[axis] ? row + stride : zeros.data();
-            for (int i = 0; i < n.x(); ++i) result[i] = 0.25f * (before[i] + 2 * row[i] + after[i]);
-        }
-}
-
 /// Adds some of the particles: to eight cells each, by where it is between their centres.
 void add_particles(Density& density, const float* x, std::ptrdiff_t count, float share) {
     float* rho = density.rho.values.data();
@@ -222,11 +197,28 @@ std::vector<std::uint8_t> enclosed_cells(const Field& field, float least) {
 }
 
 Field smoothed(const Field& field) {
-    Field result{field.size, std::vector<float>(field.values.size())}, other = result;
-    smooth_along(0, field, other.values);
-    smooth_along(1, other, result.values);
-    smooth_along(2, result, other.values);
-    return other;
+    const Vector3i n = field.size;
+    Field result{n, std::vector<float>(field.values.size())};
+    const std::vector<float> zeros(n.x(), 0.0f);
+#pragma omp parallel
+    {
+        std::vector<float> sum(n.x() + 2, 0.0f);  // of nine rows, with zero before and after
+#pragma omp for
+        for (int k = 0; k < n.z(); ++k)
+            for (int j = 0; j < n.y(); ++j) {
+                const auto row = [&](int dj, int dk) {
+                    const bool inside = j + dj >= 0 && j + dj < n.y() && k + dk >= 0 && k + dk < n.z();
+                    return inside ? &field.values[field.index(0, j + dj, k + dk)] : zeros.data();
+                };
+                const float *a = row(-1, -1), *b = row(0, -1), *c = row(1, -1), *d = row(-1, 0), *e = row(0, 0),
+                            *f = row(1, 0), *g = row(-1, 1), *h = row(0, 1), *l = row(1, 1);
+                for (int i = 0; i < n.x(); ++i)
+                    sum[i + 1] = 4 * e[i] + 2 * ((b[i] + h[i]) + (d[i] + f[i])) + ((a[i] + c[i]) + (g[i] + l[i]));
+                float* to = &result.values[result.index(0, j, k)];
+                for (int i = 0; i < n.x(); ++i) to[i] = (sum[i] + 2 * sum[i + 1] + sum[i + 2]) / 64;
+            }
+    }
+    return result;
 }
 
 Density halved(const Density& density) {

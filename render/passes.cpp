@@ -41,6 +41,7 @@ void Renderer::Passes::set_light(const Program& program, const Frame& frame) con
     program.set("shadow_span", frame.shadow.texel * static_cast<float>(effort.shadow_size));
     program.set("shadow_reach",
                 frame.shadow.texel * static_cast<float>(2 * effort.shadow_size / bounds_across));
+    program.set("shadow_search", effort.shadow_search);
     program.set("shadow_taps", effort.shadow_taps);
     program.set("to_sun", frame.to_sun);
     program.set("sun_light", frame.light.sun);

@@ -20,6 +20,7 @@ struct Effort {
     float least_radius;  ///< [samples] of a splat; where particles are smaller, fewer and larger ones stand for them.
     float least_thrower;  ///< [texels of the shadow map]: the same of what only throws a shadow.
     int shadow_size;  ///< [texels]
+    int shadow_search;  ///< samples of it that look for what throws half-shade.
     int shadow_taps;  ///< samples of the shadow map in half-shade.
     int children;     ///< smaller splats about a particle that is near.
     float puffs;      ///< share of the spray that is drawn as puffs.
