@@ -77,26 +77,16 @@ bool is_covered(const Vector3f& splat, const Vector3f& eye, const Cover& cover, 
 static std::vector<std::uint8_t> unlit_cells(const Density& density, const Vector3f& to_sun) {
     Density firm = density;
     for (float& rho : firm.rho.values) rho = std::clamp(2 * rho - 1, 0.0f, 1.0f);
-    const Field tau = thickness_towards(firm, firm.cell, to_sun, 4, true);
-    std::vector<std::uint8_t> unlit(tau.values.size());
-    for (std::size_t c = 0; c < unlit.size(); ++c) unlit[c] = tau.values[c] >= 3.2f;
+    firm.rho = thickness_towards(firm, firm.cell, to_sun, 4, true);
+    std::vector<std::uint8_t> unlit(firm.rho.values.size());
+    for (std::size_t c = 0; c < unlit.size(); ++c) unlit[c] = firm.rho.values[c] >= 3.2f;
     return unlit;
 }
 
 HiddenCells::HiddenCells(const Density& density, const Density& soft, const Cover& cover, const Vector3f& eye,
                          const Vector3f& to_sun)
-    : cover_(cover), eye_(eye) {
-    std::vector<std::uint8_t> all_whole, unlit;
-#pragma omp parallel sections
-    {
-#pragma omp section
-        unlit = unlit_cells(density, to_sun);
-#pragma omp section
-        {
-            cells_ = enclosed_cells(density.rho, solid);
-            all_whole = enclosed_cells(soft.rho, whole_from);
-        }
-    }
+    : cover_(cover), eye_(eye), cells_(enclosed_cells(density.rho, solid)) {
+    const std::vector<std::uint8_t> all_whole = enclosed_cells(soft.rho, whole_from), unlit = unlit_cells(density, to_sun);
     const auto count = static_cast<std::ptrdiff_t>(cells_.size());
 #pragma omp parallel for
     for (std::ptrdiff_t c = 0; c < count; ++c)

@@ -84,7 +84,7 @@ struct Frame {
     float spacing;                               ///< [m]
     float nearest_snow;                          ///< depth [m]
     Eigen::Vector3f volume_origin, volume_size;  ///< [m]
-    std::future<VolumeCells> volume;             ///< made while surfaces are drawn.
+    std::future<VolumeCells> volume;             ///< made while shadows are drawn; none if it is uploaded.
     GLsizei near_lit_splats, near_splats, far_lit_splats, seen_splats, splats;  ///< in the buffer, as struct Splats.
     GLsizei spray;                               ///< in the buffer
     SpraySorted::Part spray_with_puffs, spray_without;

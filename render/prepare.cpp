@@ -81,15 +81,17 @@ Eigen::AlignedBox3f shadowed_region(const Density& density, const std::vector<So
 
 }  // namespace
 
-/// On one thread: software that draws leaves one of two idle while it sets points up.
-static VolumeCells volume_of(const Density& density, const Density& soft, bool fine_light, float spacing, const Vector3f& to_sun) {
-    omp_set_num_threads(1);
-    const Density lit = fine_light ? density : halved(density);
-    const std::vector<SnowLight> inside = light_in_snow(lit, spacing, to_sun);
-    return {soft.rho.size, lit.rho.size, outward_of(soft.rho), halves(inside.data()->sun, 4 * inside.size())};
+static VolumeCells volume_of(Density density, Density soft, bool fine_light, float spacing, const Vector3f& to_sun) {
+    VolumeCells cells{soft.rho.size, {}, outward_of(soft.rho), {}};
+    soft = {};
+    if (!fine_light) density = halved(density);
+    const std::vector<SnowLight> inside = light_in_snow(density, spacing, to_sun);
+    cells.light_size = density.rho.size;
+    cells.light = halves(inside.data()->sun, 4 * inside.size());
+    return cells;
 }
 
-/// Density and what is to be drawn, on the CPU, and all of it to OpenGL; the light volume follows.
+/// Density and what is to be drawn, on the CPU, and all of it to OpenGL; coarse light follows.
 Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>& solids,
                                 const Camera& camera, double time) {
     if (particles.size() == 0 && !(particles.spacing > 0)) particles.spacing = 0.01f;
@@ -127,8 +129,15 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     const Splats visible = visible_splats(particles, density, soft, frame.view, frame.to_sun, children_from,
                                           {effort.least_radius, effort.least_thrower * frame.shadow.texel,
                                            std::max(1.2f * static_cast<float>(effort.edge), 1.0f)});
-    frame.volume = std::async(std::launch::async, volume_of, std::move(density), std::move(soft), effort.fine_light,
-                              particles.spacing, frame.to_sun);
+    // On one thread: software that draws leaves another idle while it sets points up. Fine light would take memory then.
+    if (effort.fine_light)
+        upload_volume(volume_of(std::move(density), std::move(soft), true, particles.spacing, frame.to_sun));
+    else
+        frame.volume = std::async(std::launch::async, [density = std::move(density), soft = std::move(soft),
+                                                       spacing = particles.spacing, to_sun = frame.to_sun]() mutable {
+            omp_set_num_threads(1);
+            return volume_of(std::move(density), std::move(soft), false, spacing, to_sun);
+        });
     upload(splats, visible.all.data(), visible.all.size() * sizeof(Splat));
     frame.splats = static_cast<GLsizei>(visible.all.size());
     frame.near_lit_splats = static_cast<GLsizei>(visible.near_lit);

@@ -159,9 +159,9 @@ void Renderer::Passes::draw_moment(const ParticleView& particles, const std::vec
                                    const Camera& camera, double time) {
     Frame frame = prepare(particles, solids, camera, time);
     draw_shadows(frame);
+    if (frame.volume.valid()) upload_volume(frame.volume.get());
     draw_surfaces(frame);
     smooth_depth(frame);
-    upload_volume(frame.volume.get());
     shade(frame);
     draw_nodes(frame);
     draw_glass(frame);
