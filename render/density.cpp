@@ -66,47 +66,6 @@ Eigen::Vector3d cells_of(const Box3f& box, double cell) {
     return 2 * (cells / 2).array().ceil();
 }
 
-/// One axis of a filter; zero lies outside.
-void smooth_along(int axis, const Field& from, std::vector<float>& to) {
-    const Vector3i n = from.size;
-    const std::vector<float> zeros(n.x(), 0.0f);
-#pragma omp parallel for
-    for (int k = 0; k < n.z(); ++k)
-        for (int j = 0; j < n.y(); ++j) {
-            const float* row = &from.values[from.index(0, j, k)];
-            float* result = &to[from.index(0, j, k)];
-            if (axis == 0) {
-                for (int i = 1; i < n.x() - 1; ++i)
-                    result[i] = 0.25f * (row[i - 1] + 2 * row[i] + row[i + 1]);
-                for (const int i : {0, n.x() - 1})
-                    result[i] =
-                        0.25f * ((i > 0 ? row[i - 1] : 0) + 2 * row[i] + (i + 1 < n.x() ? row[i + 1] : 0));
-                continue;
-            }
-            const int at = axis == 1 ? j : k;
-            const std::ptrdiff_t stride = axis == 1 ? n.x() : static_cast<std::ptrdiff_t>(n.x()) * n.y();
-            const float* before = at > 0 ? row - stride : zeros.data();
-            const float* after = at + 1 < n[axis] ? row + stride : zeros.data();
-            for (int i = 0; i < n.x(); ++i) result[i] = 0.25f * (before[i] + 2 * row[i] + after[i]);
-        }
-}
-
-/// The lower corner of the eight cells around a point, and where it is between their centres.
-struct Corner {
-    Vector3i cell;
-    Vector3f f;
-    bool inside;
-};
-
-Corner corner_of(const Density& density, const Vector3f& x) {
-    const Vector3f u = (x - density.origin) / density.cell - Vector3f::Constant(0.5f);
-    const Vector3f floor = u.array().floor();
-    const bool inside =
-        (floor.array() >= 0).all() && (floor.array() < density.rho.size.cast<float>().array() - 1).all();
-    if (!inside) return {Vector3i::Zero(), Vector3f::Zero(), false};
-    return {floor.cast<int>(), u - floor, true};
-}
-
 /// Adds some of the particles: to eight cells each, by where it is between their centres.
 void add_particles(Density& density, const float* x, std::ptrdiff_t count, float share) {
     float* rho = density.rho.values.data();
@@ -123,11 +82,13 @@ void add_particles(Density& density, const float* x, std::ptrdiff_t count, float
         for (std::ptrdiff_t p = 0; p < here; ++p) {  // as many at once as the processor can
             const float u = (at[3 * p] - first.x()) * per_cell, v = (at[3 * p + 1] - first.y()) * per_cell,
                         w = (at[3 * p + 2] - first.z()) * per_cell;
-            const bool inside = (u >= 0) & (u < last.x()) & (v >= 0) & (v < last.y()) & (w >= 0) & (w < last.z());
+            const bool inside =
+                (u >= 0) & (u < last.x()) & (v >= 0) & (v < last.y()) & (w >= 0) & (w < last.z());
             const float u0 = inside ? u : 0, v0 = inside ? v : 0, w0 = inside ? w : 0;
             const auto i = static_cast<std::int32_t>(u0), j = static_cast<std::int32_t>(v0),
                        k = static_cast<std::int32_t>(w0);
-            fu[p] = u0 - static_cast<float>(i), fv[p] = v0 - static_cast<float>(j), fw[p] = w0 - static_cast<float>(k);
+            fu[p] = u0 - static_cast<float>(i), fv[p] = v0 - static_cast<float>(j),
+            fw[p] = w0 - static_cast<float>(k);
             cell[p] = inside ? static_cast<std::int32_t>(k * dz + j * dy + i) : -1;
         }
         for (std::ptrdiff_t p = 0; p < here; ++p) {
@@ -159,7 +120,8 @@ void add_particles(Density& density, const ParticleView& particles, float share)
     }
     density = std::move(parts[0]);
     float* sum = density.rho.values.data();
-    const float *b = parts[1].rho.values.data(), *c = parts[2].rho.values.data(), *d = parts[3].rho.values.data();
+    const float *b = parts[1].rho.values.data(), *c = parts[2].rho.values.data(),
+                *d = parts[3].rho.values.data();
 #pragma omp parallel for
     for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(density.rho.values.size()); ++i)
         sum[i] = (sum[i] + b[i]) + (c[i] + d[i]);
@@ -187,18 +149,27 @@ Density density_of(const ParticleView& particles, std::size_t max_cells) {
     return density;
 }
 
-float Density::at(const Vector3f& x) const {
-    const Corner corner = corner_of(*this, x);
-    if (!corner.inside) return 0;
-    const Vector3f f = corner.f;
-    float sum = 0;
-    for (int k = 0; k < 2; ++k)
-        for (int j = 0; j < 2; ++j) {
-            const float* v =
-                &rho.values[rho.index(corner.cell.x(), corner.cell.y() + j, corner.cell.z() + k)];
-            sum += (k ? f.z() : 1 - f.z()) * (j ? f.y() : 1 - f.y()) * (v[0] + f.x() * (v[1] - v[0]));
-        }
-    return sum;
+void Density::at(const float* x, const float* y, const float* z, std::size_t count, float* result) const {
+    const Vector3f first = origin + Vector3f::Constant(0.5f * cell),
+                   last = (rho.size.array() - 1).cast<float>();
+    const float per_cell = 1 / cell;
+    const std::int32_t dy = rho.size.x(), dz = dy * rho.size.y();
+    const float* v = rho.values.data();
+    for (std::size_t p = 0; p < count; ++p) {  // as many at once as the processor can
+        const float u = (x[p] - first.x()) * per_cell, t = (y[p] - first.y()) * per_cell,
+                    w = (z[p] - first.z()) * per_cell;
+        const bool inside = (u >= 0) & (u < last.x()) & (t >= 0) & (t < last.y()) & (w >= 0) & (w < last.z());
+        const float u0 = inside ? u : 0, t0 = inside ? t : 0, w0 = inside ? w : 0;
+        const auto i = static_cast<std::int32_t>(u0), j = static_cast<std::int32_t>(t0),
+                   k = static_cast<std::int32_t>(w0);
+        const float fu = u0 - static_cast<float>(i), ft = t0 - static_cast<float>(j),
+                    fw = w0 - static_cast<float>(k);
+        const std::int32_t c = k * dz + j * dy + i;
+        const auto along = [&](std::int32_t at) { return v[at] + fu * (v[at + 1] - v[at]); };
+        const float near = along(c) + ft * (along(c + dy) - along(c)),
+                    far = along(c + dz) + ft * (along(c + dz + dy) - along(c + dz));
+        result[p] = inside ? near + fw * (far - near) : 0;
+    }
 }
 
 std::vector<std::uint8_t> enclosed_cells(const Field& field, float least) {
@@ -231,23 +202,50 @@ std::vector<std::uint8_t> enclosed_cells(const Field& field, float least) {
 }
 
 Field smoothed(const Field& field) {
-    Field result{field.size, std::vector<float>(field.values.size())}, other = result;
-    smooth_along(0, field, other.values);
-    smooth_along(1, other, result.values);
-    smooth_along(2, result, other.values);
-    return other;
+    const Vector3i n = field.size;
+    Field result{n, std::vector<float>(field.values.size())};
+    const std::vector<float> zeros(n.x(), 0.0f);
+#pragma omp parallel
+    {
+        std::vector<float> sum(n.x() + 2, 0.0f);  // of nine rows, with zero before and after
+#pragma omp for
+        for (int k = 0; k < n.z(); ++k)
+            for (int j = 0; j < n.y(); ++j) {
+                const auto row = [&](int dj, int dk) {
+                    const bool inside = j + dj >= 0 && j + dj < n.y() && k + dk >= 0 && k + dk < n.z();
+                    return inside ? &field.values[field.index(0, j + dj, k + dk)] : zeros.data();
+                };
+                const float *a = row(-1, -1), *b = row(0, -1), *c = row(1, -1), *d = row(-1, 0),
+                            *e = row(0, 0), *f = row(1, 0), *g = row(-1, 1), *h = row(0, 1), *l = row(1, 1);
+                for (int i = 0; i < n.x(); ++i)
+                    sum[i + 1] =
+                        4 * e[i] + 2 * ((b[i] + h[i]) + (d[i] + f[i])) + ((a[i] + c[i]) + (g[i] + l[i]));
+                float* to = &result.values[result.index(0, j, k)];
+                for (int i = 0; i < n.x(); ++i) to[i] = (sum[i] + 2 * sum[i + 1] + sum[i + 2]) / 64;
+            }
+    }
+    return result;
 }
 
 Density halved(const Density& density) {
     const Vector3i fine = density.rho.size, n = (fine.array() + 1) / 2;
     Density coarse{density.origin, 2 * density.cell, {n, std::vector<float>(n.cast<std::size_t>().prod())}};
-#pragma omp parallel for
-    for (int k = 0; k < fine.z(); ++k)  // every second slice starts a new one: no two threads share a cell
-        for (int j = 0; j < fine.y() && k % 2 == 0; ++j)
-            for (int i = 0; i < fine.x(); ++i)
-                for (int l = k; l < std::min(k + 2, fine.z()); ++l)
-                    coarse.rho.values[coarse.rho.index(i / 2, j / 2, k / 2)] +=
-                        0.125f * density.rho.values[density.rho.index(i, j, l)];
+#pragma omp parallel
+    {
+        std::vector<float> sum(2 * n.x());
+#pragma omp for
+        for (int k = 0; k < n.z(); ++k)
+            for (int j = 0; j < n.y(); ++j) {
+                std::fill(sum.begin(), sum.end(), 0.0f);
+                for (int l = 2 * k; l < std::min(2 * k + 2, fine.z()); ++l)
+                    for (int m = 2 * j; m < std::min(2 * j + 2, fine.y()); ++m) {
+                        const float* row = &density.rho.values[density.rho.index(0, m, l)];
+                        for (int i = 0; i < fine.x(); ++i) sum[i] += row[i];
+                    }
+                float* to = &coarse.rho.values[coarse.rho.index(0, j, k)];
+                for (int i = 0; i < n.x(); ++i) to[i] = 0.125f * (sum[2 * i] + sum[2 * i + 1]);
+            }
+    }
     return coarse;
 }
 
@@ -258,7 +256,8 @@ std::vector<Eigen::half> outward_of(const Field& rho) {
     for (int k = 0; k < n.z(); ++k)
         for (int j = 0; j < n.y(); ++j) {
             const auto row = [&](int dj, int dk) {
-                return &rho.values[rho.index(0, std::clamp(j + dj, 0, n.y() - 1), std::clamp(k + dk, 0, n.z() - 1))];
+                return &rho.values[rho.index(0, std::clamp(j + dj, 0, n.y() - 1),
+                                             std::clamp(k + dk, 0, n.z() - 1))];
             };
             const float *here = row(0, 0), *below = row(-1, 0), *above = row(1, 0), *behind = row(0, -1),
                         *before = row(0, 1);

@@ -26,7 +26,13 @@ struct Density {
     Field rho;       ///< share of the starting density [1].
 
     /// Trilinear between the cells' centres; zero outside.
-    float at(const Eigen::Vector3f& x) const;
+    float at(const Eigen::Vector3f& x) const {
+        float result;
+        at(&x[0], &x[1], &x[2], 1, &result);
+        return result;
+    }
+    /// The same at so many points.
+    void at(const float* x, const float* y, const float* z, std::size_t count, float* result) const;
 };
 
 /// A particle that cannot be drawn: not finite, or farther than a float can place to a millimetre.

@@ -14,10 +14,13 @@ using Eigen::Vector3i;
 /// Slices across the axis nearest to the light's direction are passed from the lit side on. With l the way
 /// from a slice to the one before it, and x' the point of that one which the light passes:
 ///   τ(x) = τ(x') + l (ρ(x) + ρ(x')) / 2.
-Field thickness_towards(const Density& density, float spacing, const Vector3f& to_light) {
+/// Rows along x lie in one piece: with `rows_whole` they are cut only where the light runs along them.
+Field thickness_towards(const Density& density, float spacing, const Vector3f& to_light, float most,
+                        bool rows_whole) {
     const Vector3i n = density.rho.size;
     int axis = 0;
-    to_light.cwiseAbs().maxCoeff(&axis);
+    const Vector3f share = to_light.cwiseAbs().cwiseProduct(Vector3f(rows_whole ? 0.5f : 1.0f, 1, 1));
+    share.maxCoeff(&axis);
     const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;  // u is the faster of the two other axes
     const std::array<std::ptrdiff_t, 3> stride = {1, n.x(), static_cast<std::ptrdiff_t>(n.x()) * n.y()};
     const Vector3f step = to_light / std::abs(to_light[axis]);  // to the slice before, in cells
@@ -25,8 +28,8 @@ Field thickness_towards(const Density& density, float spacing, const Vector3f& t
     const int du = static_cast<int>(std::floor(step[u])), dv = static_cast<int>(std::floor(step[v]));
     const float fu = step[u] - static_cast<float>(du), fv = step[v] - static_cast<float>(dv);
 
-    // The slice before, as τ' + l ρ'/2, two cells wider on each side by its own rim, where snow is thin.
-    const int rim = 2, width = n[u] + 2 * rim, height = n[v] + 2 * rim;
+    // The slice before, as τ' + l ρ'/2, three cells wider on each side by its own rim, where snow is thin.
+    const int rim = 3, width = n[u] + 2 * rim, height = n[v] + 2 * rim;
     std::vector<float> before(static_cast<std::size_t>(width) * height, 0.0f);
     Field tau{n, std::vector<float>(density.rho.values.size())};
     for (int s = 0; s < n[axis]; ++s) {
@@ -40,7 +43,7 @@ Field thickness_towards(const Density& density, float spacing, const Vector3f& t
             for (int i = 0; i < n[u]; ++i) {
                 const float a = row0[i] + fu * (row0[i + 1] - row0[i]);
                 const float b = row1[i] + fu * (row1[i + 1] - row1[i]);
-                out[row + i * along] = a + fv * (b - a) + half_way * rho[row + i * along];
+                out[row + i * along] = std::min(a + fv * (b - a) + half_way * rho[row + i * along], most);
             }
         };
         for (int j = 0; j < n[v]; ++j) {

@@ -4,8 +4,9 @@
 namespace firn {
 
 /// Snow between every cell's centre and a light infinitely far in direction `to_light` (unit): ∫ρ ds, counted
-/// in particle spacings of unbroken snow.
-Field thickness_towards(const Density&, float spacing, const Eigen::Vector3f& to_light);
+/// in particle spacings of unbroken snow; no more than `most`. `rows_whole`: quicker, in steps of up to 2.4 cells.
+Field thickness_towards(const Density&, float spacing, const Eigen::Vector3f& to_light, float most = INFINITY,
+                        bool rows_whole = false);
 
 /// What the shaders know of the light at a cell's centre, all as shares of what there is without snow [1].
 struct SnowLight {

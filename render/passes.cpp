@@ -41,6 +41,7 @@ void Renderer::Passes::set_light(const Program& program, const Frame& frame) con
     program.set("shadow_span", frame.shadow.texel * static_cast<float>(effort.shadow_size));
     program.set("shadow_reach",
                 frame.shadow.texel * static_cast<float>(2 * effort.shadow_size / bounds_across));
+    program.set("shadow_search", effort.shadow_search);
     program.set("shadow_taps", effort.shadow_taps);
     program.set("to_sun", frame.to_sun);
     program.set("sun_light", frame.light.sun);
@@ -242,6 +243,10 @@ const Program& Renderer::Passes::solid_program(Look look, const BodyDistances& b
 
 void Renderer::Passes::shade(const Frame& frame) {
     glBindFramebuffer(GL_FRAMEBUFFER, light_target.id());
+    if (frame.aperture == 0) {  // the lens alone looks at what lies in the margin
+        glEnable(GL_SCISSOR_TEST);
+        glScissor(margin, margin, frame.view.samples.x() - 2 * margin, frame.view.samples.y() - 2 * margin);
+    }
     bind_texture(unit_surface, GL_TEXTURE_2D, surface);
     bind_texture(unit_shadow_all, GL_TEXTURE_2D, shadow_all);
     bind_texture(unit_shadow_depths, GL_TEXTURE_2D, shadow_all);

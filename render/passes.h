@@ -9,6 +9,7 @@
 #include "render/view.h"
 
 #include <array>
+#include <future>
 #include <map>
 
 namespace firn {
@@ -19,6 +20,7 @@ struct Effort {
     float least_radius;  ///< [samples] of a splat; where particles are smaller, fewer and larger ones stand for them.
     float least_thrower;  ///< [texels of the shadow map]: the same of what only throws a shadow.
     int shadow_size;  ///< [texels]
+    int shadow_search;  ///< samples of it that look for what throws half-shade.
     int shadow_taps;  ///< samples of the shadow map in half-shade.
     int children;     ///< smaller splats about a particle that is near.
     float puffs;      ///< share of the spray that is drawn as puffs.
@@ -61,6 +63,12 @@ struct BodyDistances {
     float reach;                     ///< over which they hide the sky [m]
 };
 
+/// Light and slope of the density, as textures take them.
+struct VolumeCells {
+    Eigen::Vector3i size, light_size;
+    std::vector<Eigen::half> outward, light;
+};
+
 /// Everything of one picture that the passes share.
 struct Frame {
     View view;
@@ -77,6 +85,7 @@ struct Frame {
     float spacing;                               ///< [m]
     float nearest_snow;                          ///< depth [m]
     Eigen::Vector3f volume_origin, volume_size;  ///< [m]
+    std::future<VolumeCells> volume;             ///< made while shadows are drawn; none if it is uploaded.
     GLsizei near_lit_splats, near_splats, far_lit_splats, seen_splats, splats;  ///< in the buffer, as struct Splats.
     GLsizei spray;                               ///< in the buffer
     SpraySorted::Part spray_with_puffs, spray_without;
@@ -111,7 +120,7 @@ struct Renderer::Passes {
     void resolve();
     Image read_back();
 
-    void upload_volume(const Density& lit, const Density& soft, float spacing, const Eigen::Vector3f& to_sun);
+    void upload_volume(const VolumeCells&);
     const Program& shading_program(const std::string& name, const std::vector<std::string>& files,
                                    const BodyDistances&);
     const Program& solid_program(Look, const BodyDistances&);

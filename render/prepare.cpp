@@ -1,6 +1,8 @@
 #include "render/light.h"
 #include "render/passes.h"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -79,7 +81,12 @@ Eigen::AlignedBox3f shadowed_region(const Density& density, const std::vector<So
 
 }  // namespace
 
-/// Density, light volume and what is to be drawn, on the CPU; then all of it to OpenGL.
+static VolumeCells volume_of(const Density& lit, const Density& soft, float spacing, const Vector3f& to_sun) {
+    const std::vector<SnowLight> inside = light_in_snow(lit, spacing, to_sun);
+    return {soft.rho.size, lit.rho.size, outward_of(soft.rho), halves(inside.data()->sun, 4 * inside.size())};
+}
+
+/// Density and what is to be drawn, on the CPU, and all of it to OpenGL; coarse light follows.
 Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>& solids,
                                 const Camera& camera, double time) {
     if (particles.size() == 0 && !(particles.spacing > 0)) particles.spacing = 0.01f;
@@ -104,12 +111,9 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     if (picture.grid_nodes) frame.nodes = nodes_of(particles);
 
     const Density density = density_of(particles, max_cells);
-    Density soft = density;
-    soft.rho = smoothed(density.rho);
+    Density soft{density.origin, density.cell, smoothed(density.rho)}, half = halved(density);
     frame.volume_origin = density.origin;
     frame.volume_size = density.cell * density.rho.size.cast<float>();
-    const Density half = halved(density);
-    upload_volume(effort.fine_light ? density : half, soft, particles.spacing, frame.to_sun);
 
     prepare_solids(frame, solids, time);
     const bool any_snow =
@@ -123,6 +127,14 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
         visible_splats(particles, density, soft, halved(half), frame.view, frame.to_sun, children_from,
                        {effort.least_radius, effort.least_thrower * frame.shadow.texel,
                         std::max(1.2f * static_cast<float>(effort.edge), 1.0f)});
+    if (effort.fine_light)
+        upload_volume(volume_of(density, soft, particles.spacing, frame.to_sun));
+    else  // on one thread: software that draws leaves another idle while it sets points up
+        frame.volume = std::async(std::launch::async, [half = std::move(half), soft = std::move(soft),
+                                                       spacing = particles.spacing, to_sun = frame.to_sun] {
+            omp_set_num_threads(1);
+            return volume_of(half, soft, spacing, to_sun);
+        });
     upload(splats, visible.all.data(), visible.all.size() * sizeof(Splat));
     frame.splats = static_cast<GLsizei>(visible.all.size());
     frame.near_lit_splats = static_cast<GLsizei>(visible.near_lit);
@@ -141,18 +153,15 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     return frame;
 }
 
-void Renderer::Passes::upload_volume(const Density& lit, const Density& soft, float spacing,
-                                     const Vector3f& to_sun) {
-    const std::vector<SnowLight> inside = light_in_snow(lit, spacing, to_sun);
-    const std::vector<Eigen::half> light_cells = halves(inside.data()->sun, 4 * inside.size());
+void Renderer::Passes::upload_volume(const VolumeCells& volume) {
     const auto upload_cells = [&](const Texture& texture, const Eigen::Vector3i& n,
                                   const std::vector<Eigen::half>& cells) {
         bind_texture(0, GL_TEXTURE_3D, texture);
         glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16F, n.x(), n.y(), n.z(), 0, GL_RGBA, GL_HALF_FLOAT,
                      cells.data());
     };
-    upload_cells(snow_outward, soft.rho.size, outward_of(soft.rho));
-    upload_cells(snow_light, lit.rho.size, light_cells);
+    upload_cells(snow_outward, volume.size, volume.outward);
+    upload_cells(snow_light, volume.light_size, volume.light);
     check_gl("light volume");
 }
 

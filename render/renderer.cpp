@@ -14,9 +14,10 @@ Effort effort_of(Quality quality) {
         case Quality::draft:
             return {.edge = 0.5,
                     .least_radius = 1.75f,
-                    .least_thrower = 2.0f,
+                    .least_thrower = 2.5f,
                     .shadow_size = 512,
-                    .shadow_taps = 8,
+                    .shadow_search = 5,
+                    .shadow_taps = 5,
                     .children = 0,
                     .puffs = 0.25f,
                     .grains = 1,
@@ -24,9 +25,10 @@ Effort effort_of(Quality quality) {
         case Quality::preview:
             return {.edge = 1,
                     .least_radius = 1.3f,
-                    .least_thrower = 2.0f,
+                    .least_thrower = 2.5f,
                     .shadow_size = 1024,
-                    .shadow_taps = 10,
+                    .shadow_search = 6,
+                    .shadow_taps = 8,
                     .children = 8,
                     .puffs = 0.25f,
                     .grains = 2,
@@ -36,6 +38,7 @@ Effort effort_of(Quality quality) {
                     .least_radius = 0.8f,
                     .least_thrower = 1.7f,
                     .shadow_size = 2048,
+                    .shadow_search = 8,
                     .shadow_taps = 16,
                     .children = 10,
                     .puffs = 0.8f,
@@ -154,14 +157,16 @@ Image Renderer::Passes::draw(const ParticleView& particles, const std::vector<So
 
 void Renderer::Passes::draw_moment(const ParticleView& particles, const std::vector<Solid>& solids,
                                    const Camera& camera, double time) {
-    const Frame frame = prepare(particles, solids, camera, time);
+    Frame frame = prepare(particles, solids, camera, time);
     draw_shadows(frame);
+    if (frame.volume.valid()) upload_volume(frame.volume.get());
     draw_surfaces(frame);
     smooth_depth(frame);
     shade(frame);
     draw_nodes(frame);
     draw_glass(frame);
     draw_spray(frame);
+    glDisable(GL_SCISSOR_TEST);
     picture_light = &light;
     if (frame.aperture > 0) blur_by_lens(frame);
 }

@@ -1,8 +1,6 @@
 #pragma once
-#include "render/density.h"
+#include "render/cover.h"
 #include "render/view.h"
-
-#include <Eigen/Geometry>
 
 #include <cmath>
 
@@ -39,20 +37,6 @@ struct Splats {
     std::vector<SprayPoint> spray;
 };
 
-/// How far sight goes in snow: cells through which it does not, in bytes, and whether a block of 4³ has any.
-struct Cover {
-    Eigen::Vector3f origin;
-    float cell;
-    Eigen::Vector3i size, blocks;
-    std::vector<std::uint8_t> cells, any;
-    Eigen::AlignedBox3f filled;  ///< holds all blocks that have any [cells].
-
-    explicit Cover(const Density&);
-    /// Whether two cells of unbroken snow, or more of looser, lie before a point, up to a distance [m].
-    bool covers(const Eigen::Vector3f& x, const Eigen::Vector3f& direction, float distance,
-                float from_cells = 1) const;
-};
-
 /// Where particles are smaller than the radii, fewer and larger splats stand for them.
 struct SplatDetail {
     float radius = 0;   ///< of what may be seen [samples].
@@ -66,8 +50,5 @@ struct SplatDetail {
 /// near. `wide`, in cells four times as wide, tells how far apart the grains of a cloud are.
 Splats visible_splats(const ParticleView&, const Density&, const Density& soft, const Density& wide, const View&,
                       const Eigen::Vector3f& to_sun, float near_radius, const SplatDetail& = {});
-
-/// Whether snow lies in front of a splat, as seen from the eye; that within `from_cells` does not count.
-bool is_covered(const Eigen::Vector3f& splat, const Eigen::Vector3f& eye, const Cover&, float from_cells = 1);
 
 }  // namespace firn

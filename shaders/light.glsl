@@ -12,6 +12,7 @@ uniform mat4 shadow_matrix;
 uniform float shadow_texel;        // [m]
 uniform float shadow_reach;        // farthest that shadow_bounds looks [m]
 uniform float shadow_span;         // between the map's nearest and farthest depth [m]
+uniform int shadow_search;         // samples that look for what throws half-shade
 uniform int shadow_taps;
 uniform vec3 to_sun;
 uniform vec3 sun_light;            // radiance of a white matt surface that faces the sun
@@ -56,15 +57,15 @@ float half_shade(vec3 at, float least_radius, float width) {
     float search = min(max(least_radius, sun_radius * at.z * shadow_span), shadow_reach);
     vec2 turn = turn_at(at.xy, width);
     float gaps = 0.0, blockers = 0.0;
-    for (int i = 0; i < 8; ++i) {
-        float gap = at.z - texture(shadow_depths, at.xy + scale * search * sqrt((float(i) + 0.5) / 8.0) * turn).r;
+    for (int i = 0; i < shadow_search; ++i) {
+        float gap = at.z - texture(shadow_depths, at.xy + scale * search * sqrt((float(i) + 0.5) / float(shadow_search)) * turn).r;
         if (gap > 0.0) gaps += gap, blockers += 1.0;
         turn = golden * turn;
     }
     float radius = clamp(sun_radius * shadow_span * gaps / max(blockers, 1.0), least_radius, search);
     float sum = 0.0;
     // What faces the sun obliquely stands before itself: all that is before a point proves no shade on it.
-    bool dark = blockers == 8.0 && texture(shadow_all, at) == 0.0;
+    bool dark = blockers == float(shadow_search) && texture(shadow_all, at) == 0.0;
     int taps = blockers == 0.0 || dark ? 0 : shadow_taps;
     for (int i = 0; i < taps; ++i) {
         sum += texture(shadow_all, vec3(at.xy + scale * radius * sqrt((float(i) + 0.5) / float(taps)) * turn, at.z));
