@@ -40,7 +40,7 @@ void Renderer::Passes::set_light(const Program& program, const Frame& frame) con
     program.set("shadow_texel", frame.shadow.texel);
     program.set("shadow_span", frame.shadow.texel * static_cast<float>(effort.shadow_size));
     program.set("shadow_reach",
-                frame.shadow.texel * static_cast<float>(2 * effort.shadow_size / bounds_across));
+                frame.shadow.texel * static_cast<float>(effort.shadow_size / bounds_across));
     program.set("shadow_search", effort.shadow_search);
     program.set("shadow_taps", effort.shadow_taps);
     program.set("to_sun", frame.to_sun);
@@ -129,7 +129,7 @@ void Renderer::Passes::bound_shadows() {
         glDrawArrays(GL_TRIANGLES, 0, 3);
     };
     draw(shadow_blocks[0], shadow_blocks_target[1], blocks_across / bounds_across, 0);
-    draw(shadow_blocks[1], shadow_bounds_target, 1, 2);
+    draw(shadow_blocks[1], shadow_bounds_target, 1, 1);
     glEnable(GL_DEPTH_TEST);
 }
 
