@@ -79,7 +79,7 @@ std::vector<GoldenPicture> golden_pictures() {
     const std::vector<Solid> wall = {solid_of(Plane{}), solid_of(Box{{1.0, 0.28, 0}, {0.2, 0.56, 1.6}})};
     const Camera at_wall{{-0.2, 0.75, 2.0}, {0.78, 0.36, 0}, 38};
     const std::vector<Solid> log = {solid_of(Plane{}),
-                                    solid_of(Capsule{{0.06, 0.02, -0.6}, {0.06, 0.02, 0.6}, 0.06})};
+                                    solid_of(Capsule{{0.06, 0.02, -0.7}, {0.06, 0.02, 1.7}, 0.06}, Look::wood)};
     const Camera at_log{{0.45, 0.5, 1.6}, {0.08, 0.14, 0}, 36};
     const State flying = ball_at({0.2, 0.5, 0}),
                 at_the_wall = burst(ball_at({0.74, 0.3, 0}), {0.9, 0.3, 0}, 0.12),
