@@ -140,7 +140,7 @@ Density density_of(const ParticleView& particles, std::size_t max_cells) {
         return cells.prod() > static_cast<double>(max_cells) || cells.maxCoeff() > longest_edge;
     };
     if (too_large() || cells_of(inner, cell).prod() < 0.75 * cells_of(box, cell).prod()) box = inner;
-    while (too_large()) cell *= 2;
+    while (too_large()) cell *= std::exp2(0.25);
 
     density.cell = static_cast<float>(cell);
     density.origin = (((box.lower.cast<double>() / cell).array().floor() - padding) * cell).cast<float>();

@@ -45,7 +45,8 @@ inline bool drawable(const float* x) {
 inline constexpr int longest_edge = 2048;
 
 /// The grid lies at multiples of the cell, so that it does not swim from frame to frame. Far single particles
-/// are left outside where they would cost more than `max_cells`, or more than the longest edge; then cells grow, by factors of two.
+/// are left outside where they would cost more than `max_cells`, or more than the longest edge; then cells grow, in
+/// steps of a fifth: of a spreading cloud no frame looks much unlike the one before.
 Density density_of(const ParticleView&, std::size_t max_cells);
 
 /// 1 where all of the 3×3×3 cells around have at least that value; nothing lies outside.

@@ -112,6 +112,8 @@ struct Chooser {
     SplatDetail detail;
     HiddenCells& hidden;
     Field values;
+    /// A lump in cells k times too wide seems 1/k³ as dense, a cloud seems as it is: between the two.
+    float firm = std::pow(density.cell / (2 * particles.spacing), 1.5f);
 
     void add(Piece& piece, const Splat& splat, int covered) const {
         const Vector3f x(splat.x, splat.y, splat.z);
@@ -176,6 +178,7 @@ struct Chooser {
             batch.hash[i] = hash_of(batch.p[i]);
         }
         soft.at(batch.x.data(), batch.y.data(), batch.z.data(), batch.count, batch.rho.data());
+        for (std::size_t i = 0; i < batch.count; ++i) batch.rho[i] *= firm;
     }
 
     void add_particles(Piece& piece, std::size_t first, std::size_t last) const {

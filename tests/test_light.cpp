@@ -158,6 +158,30 @@ TEST_CASE("where particles are small, some of them cover as much as all would", 
     CHECK(some == all);
 }
 
+TEST_CASE("cells grow by a fifth where there are too many, and a lump stays as firm", "[light]") {
+    std::vector<float> x = block(4, 4);
+    for (const float far : {-0.5f, 0.5f}) x.insert(x.end(), {far, far, far});
+    const auto firm = [&](const Density& density) {
+        Density soft = density;
+        soft.rho = smoothed(density.rho);
+        double radii = 0;
+        for (const Splat& s : visible_splats({x, {}, spacing}, density, soft, halved(halved(density)),
+                                             view_of(Camera{{0, 0, 1}, {0, 0, 0}, 40}, {}, 1, 0), to_sun, 4)
+                                  .all)
+            radii += s.radius;
+        return radii;
+    };
+    const Density all = density_at(x);
+    Density before = all;
+    for (std::size_t most = all.rho.values.size(); before.cell < 1.9f * all.cell; most = most * 9 / 10) {
+        const Density density = density_at(x, most);
+        CHECK(density.rho.values.size() <= most);
+        CHECK(density.cell < 1.2f * before.cell);
+        CHECK(firm(density) == Approx(firm(before)).epsilon(0.15));
+        before = density;
+    }
+}
+
 TEST_CASE("powder spreads to its neighbours, hides no more for it, and where it is thin nothing", "[light]") {
     float dense = 0, sparse = INFINITY;
     for (const int apart : {2, 3, 4, 8}) {
@@ -193,7 +217,8 @@ TEST_CASE("a single particle is spray in flight and a crumb at rest, unbroken sn
     CHECK(alone.spray[0].vx == 3);
     const std::vector<float> whole = block(20, 20);
     CHECK(splats_of(whole, {0, 0, 9}).spray.empty());
-    CHECK(splats_of(whole, {0, 0, 9}, std::vector<float>(whole.size(), 3.0f)).spray.size() <= 8);  // its corners
+    CHECK(splats_of(whole, {0, 0, 9}, std::vector<float>(whole.size(), 3.0f)).spray.size() <=
+          8);  // its corners
     CHECK(splats_of({}, {0, 0, 9}).all.empty());
 }
 
