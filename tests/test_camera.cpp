@@ -89,6 +89,8 @@ TEST_CASE("a camera passes through its keyframes, smoothly and at rest at both e
         CHECK((now.eye - key.eye).norm() < 1e-12);
         CHECK((now.target - key.target).norm() < 1e-12);
         CHECK(now.field_of_view == Approx(key.field_of_view));
+        for (const double dt : {-1e-6, 1e-6})
+            CHECK((camera_at(camera, key.time + dt).eye - key.eye).norm() < 1e-5);
     }
     CHECK(camera_at(camera, -1).eye == camera.keyframes.front().eye);
     CHECK(camera_at(camera, 9).eye == camera.keyframes.back().eye);
@@ -99,7 +101,8 @@ TEST_CASE("a camera passes through its keyframes, smoothly and at rest at both e
     CHECK(speed(0).norm() < 1e-2);
     CHECK(speed(3).norm() < 1e-2);
     CHECK((speed(1 - 2 * dt) - speed(1 + 2 * dt)).norm() < 1e-2);
-    CHECK(speed(1).norm() > 0.1);
+    // That of the parabola through all three: slopes of 2 before and 0 after in x, 0 and 3/2 in y.
+    CHECK((speed(1) - Vec3d(4.0 / 3, 0.5, 0)).norm() < 1e-3);
 }
 
 TEST_CASE("an orbit keeps the distance and looks at the target", "[camera]") {

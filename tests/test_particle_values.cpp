@@ -1,8 +1,10 @@
 #include "app/particle_values.h"
 #include "app/scene_load.h"
+#include "render/colour_map.h"
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 using namespace firn;
@@ -95,4 +97,29 @@ TEST_CASE("A colour map's ends are round and hold all but outliers, or are as gi
     const ColourRange around = colour_range({0.93, 1.0, 1.01}, picture);
     CHECK(around.share(1) == Approx(0.5));
     CHECK(around.low == Approx(0.9));
+}
+
+TEST_CASE("compression is grey in the middle, blue where packed, red where loose; other colours get lighter",
+          "[colour]") {
+    const auto colour = [](double share) { return mapped_colour(Colour::compression, share); };
+    const auto luma = [](const std::array<std::uint8_t, 3>& c) {
+        return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
+    };
+    const auto middle = colour(0.5);
+    CHECK(middle[0] == middle[1]);
+    CHECK(middle[1] == middle[2]);
+    for (const double off : {0.1, 0.3, 0.5}) {
+        CAPTURE(off);
+        const auto packed = colour(0.5 - off), loose = colour(0.5 + off);
+        CHECK(packed[2] > packed[0] + 20);
+        CHECK(loose[0] > loose[2] + 20);
+        CHECK(std::max(luma(packed), luma(loose)) < luma(middle));
+    }
+    double before = 0;
+    for (int i = 0; i <= 100; ++i) {
+        CAPTURE(i);
+        const double now = luma(mapped_colour(Colour::speed, 0.01 * i));
+        CHECK(now >= before);
+        before = now;
+    }
 }

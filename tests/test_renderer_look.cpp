@@ -144,6 +144,8 @@ TEST_CASE("spray is drawn along its way while the shutter is open", "[renderer]"
         return right - left;
     };
     CHECK(width(fast) > 1.5 * width(still));
+    const double way = 8 * 0.05 * 45 / std::tan(20 * EIGEN_PI / 180) / 2.4;  // [pixels]
+    CHECK(width(fast) <= width(still) + way);
 }
 
 namespace {

@@ -1,3 +1,4 @@
+#include "sim/collision.h"
 #include "sim/simulation.h"
 #include "tests/columns.h"
 
@@ -156,6 +157,38 @@ TEST_CASE("a moving body wakes what it comes near", "[rest]") {
     go_to(*sim, 0.1);  // from x = −2 to −1; the slab begins at −1.2
     const std::vector<float> x = sim->positions();
     for (std::size_t p = 0; p < sim->size(); ++p) REQUIRE(x[3 * p] > -1.05);
+}
+
+TEST_CASE("a moving body that slips between the nodes wakes what it meets", "[rest]") {
+    Setup setup = floating_setup();
+    setup.solver.integrator = Integrator::explicit_euler;
+    Collider rod;  // 0.03 m from the nearest nodes
+    rod.shape = Capsule{{-4, 0.05, 0.05}, {-2.2, 0.05, 0.05}, 0.04};
+    rod.velocity = {10, 0, 0};
+    setup.colliders = {rod};
+    Body b = slab();
+    b.particles_per_cell = 8;
+    const auto sim = make_simulation(setup, sample(b, 400, 0.1, 1, 0));
+    CHECK(go_to(*sim, 0.005).asleep == sim->size());
+    go_to(*sim, 0.14);  // its end has gone from x = −2.16 to −0.76; the slab begins at −1.2
+    const std::vector<float> x = sim->positions();
+    for (std::size_t p = 0; p < sim->size(); ++p)  // none is deeper in it than it moves in two steps
+        REQUIRE(signed_distance(rod, {x[3 * p], x[3 * p + 1], x[3 * p + 2]}, sim->time()) > -0.01);
+}
+
+TEST_CASE("what sleeps wakes at once where what bore it is gone", "[rest]") {
+    Setup setup = lying_setup();
+    const ParticleSet snow = sample(slab(), 400, 0.1, 1, 0);
+    const auto lying = make_simulation(setup, ParticleSet(snow));
+    REQUIRE(go_to(*lying, 0.6).asleep == lying->size());
+    std::stringstream state;
+    lying->save(state);
+    setup.colliders.clear();
+    setup.solver.dt = 1e-4;  // in which gravity makes nothing faster than rest_speed
+    const auto falling = make_simulation(setup, ParticleSet(snow));
+    falling->restore(state);
+    CHECK(falling->step(1).asleep < falling->size());
+    CHECK(falling->totals().kinetic < falling->totals().mass * 0.1 * 0.1 / 2);
 }
 
 TEST_CASE("what is slow at the top of its way does not hang there", "[rest]") {
