@@ -91,7 +91,7 @@ float spray_transmittance(vec3 position) {
     float through = 1.0;
     for (int once = 0; once < any; ++once) {
         float depth = texture(spray_shadow, at.xy).r;
-        through = mix(exp(-depth), 1.0 / (1.0 + 0.11 * depth), 0.3);
+        through = mix(exp(-depth), 1.0 / (1.0 + 0.11 * depth), 0.1);
     }
     return through;
 }
