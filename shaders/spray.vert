@@ -58,7 +58,8 @@ void main() {
     // A cloud has a lit and a shaded side: the denser it is, the more it answers to light as a surface does.
     vec4 light = light_at(at), outward = texture(snow_outward, (at - volume_origin) / volume_size);
     // Thin dust has no dark side: it scatters what has come through it to all sides.
-    float slope = length(outward.xyz), dense = smoothstep(0.02, 0.10, outward.a) * smoothstep(0.05, 0.6, slope / (outward.a + 0.01)) * (1.0 - 0.75 * light.g * light.g);
+    float slope = length(outward.xyz), dense = smoothstep(0.02, 0.10, outward.a) * smoothstep(0.05, 0.6, slope / (outward.a + 0.01));
+    dense *= 1.0 - 0.75 * light.g * light.g;
     vec3 normal = outward.xyz / max(slope, 1e-6);
     float seen = texture(shadow_all, shadow_position(at + 1.5 * spacing * to_sun));
     float forward = max(dot(normalize(ray), to_sun), 0.0);  // ice throws most of the light onwards
