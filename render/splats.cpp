@@ -213,8 +213,10 @@ struct Chooser {
         if (const float amount = (1 - solid_share) * (0.5f + 0.5f * flying); amount > 0.15f) {
             SprayPoint point = spray_point(particles, p, amount, 1 - smoothstep(0.03f, 0.10f, rho), hash,
                                            sprayed ? crumb : 0);
-            // A grain that flies alone past a lump has none.
-            spread_powder(point, spacing, std::min(wide.at(x), 1.6f * (rho - 0.022f)));
+            // A grain that flies alone past a lump has none, and a lump in the open little.
+            const float around = wide.at(x);
+            spread_powder(point, spacing, std::min(around, 1.6f * (rho - 0.022f)));
+            point.powder *= std::min(2 * around / rho, 1.0f);
             piece.spray.push_back(point);
         }
         if (const float radius = std::max(radius_of(spacing, std::sqrt(solid_share), hash), crumb);

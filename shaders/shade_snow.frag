@@ -73,7 +73,7 @@ void main() {
     float direct = facing * sun_visibility(lifted, facing, 0.8 * spacing) * thin * mix(1.0, open, 0.5);
     float past_bodies = texture(shadow_bodies, shadow_position(lifted));
     vec3 inside = past_bodies * light.rgb * deep;  // a cloud scatters on what it takes
-    float scattered = scattering + loose * (0.05 + 0.30 * light.g);
+    float scattered = scattering + loose * (0.04 + 0.22 * light.g);
     vec3 sun = sun_light * (mix(vec3(direct), inside, scattered) + 0.35 * (1.0 - thin) * past_bodies * light.g);
     float seen = open_sky(clamp(light.a * open, 0.0, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));
     // Most of the sky's light comes from the sun's side: grains that lean there are lighter, in shade as well.
