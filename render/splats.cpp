@@ -216,7 +216,7 @@ struct Chooser {
             // A grain that flies alone past a lump has none, and a lump in the open little.
             const float around = wide.at(x);
             spread_powder(point, spacing, std::min(around, 1.6f * (rho - 0.022f)));
-            point.powder *= std::min(2 * around / rho, 1.0f);
+            point.powder *= std::min(2 * around / std::max(rho, 1e-4f), 1.0f);
             piece.spray.push_back(point);
         }
         if (const float radius = std::max(radius_of(spacing, std::sqrt(solid_share), hash), crumb);

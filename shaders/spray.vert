@@ -64,7 +64,7 @@ void main() {
     float seen = texture(shadow_all, shadow_position(at + 1.5 * spacing * to_sun));
     float forward = max(dot(normalize(ray), to_sun), 0.0);  // ice throws most of the light onwards
     float facing = mix(0.62, 0.92 * max(dot(normal, to_sun) + 0.25, 0.0) / 1.25, dense) + 1.2 * pow(forward, 6.0);
-    float within = puff ? 1.0 : smoothstep(0.03, 0.10, outward.a);  // a cloud, shade is filled with scattered light
+    float within = puff ? 1.0 : smoothstep(0.03, 0.10, outward.a);  // in a cloud shade is filled with scattered light
     vec3 sun = sun_light * light.rgb * light.g * mix(mix(0.06, 0.42, within), facing, seen);
     vec3 colour = sun + (0.9 * open_sky(light.a)) * (sky_light * (1.0 + 0.3 * dense * normal.y) + bounce_by_normal(dense * normal, seen));
 

@@ -224,6 +224,16 @@ TEST_CASE("a single particle is spray in flight and a crumb at rest, unbroken sn
     CHECK(splats_of({}, {0, 0, 9}).all.empty());
 }
 
+TEST_CASE("what flies outside of the density is spray without powder", "[light]") {
+    std::vector<float> x = block(30, 30);
+    for (const float c : {5e4f, 0.1f, 0.1f}) x.push_back(c);
+    const Splats splats = splats_of(x, {0, 0, 9}, std::vector<float>(x.size(), 3.0f));
+    REQUIRE_FALSE(splats.spray.empty());
+    CHECK(splats.spray.back().x == 5e4f);
+    for (const SprayPoint& s : splats.spray) CHECK((s.powder >= 0 && s.powder <= s.amount));
+    CHECK(splats.spray.back().powder == 0);
+}
+
 TEST_CASE("a splat is covered by the lump in front of it, not by what is behind or beside it", "[light]") {
     const std::vector<float> x = block(40, 40);
     const Cover cover(density_at(x));
