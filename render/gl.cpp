@@ -257,6 +257,9 @@ void Program::set(const char* name, const std::vector<Eigen::Vector2f>& x) const
 void Program::set(const char* name, const Eigen::Vector3f& x) const {
     glUniform3fv(glGetUniformLocation(program_.id(), name), 1, x.data());
 }
+void Program::set(const char* name, const Eigen::Vector4f& x) const {
+    glUniform4fv(glGetUniformLocation(program_.id(), name), 1, x.data());
+}
 void Program::set(const char* name, const std::vector<Eigen::Vector4f>& x) const {
     glUniform4fv(glGetUniformLocation(program_.id(), name), static_cast<GLsizei>(x.size()), x.data()->data());
 }

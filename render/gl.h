@@ -86,6 +86,7 @@ public:
     void set(const char* name, const Eigen::Vector2f&) const;
     void set(const char* name, const std::vector<Eigen::Vector2f>&) const;
     void set(const char* name, const Eigen::Vector3f&) const;
+    void set(const char* name, const Eigen::Vector4f&) const;
     void set(const char* name, const std::vector<Eigen::Vector4f>&) const;
     void set(const char* name, const Eigen::Matrix3f&) const;
     void set(const char* name, const Eigen::Matrix4f&) const;

@@ -44,7 +44,7 @@ struct SolidGroup {
     Look look;
     Eigen::Vector3f moved;           ///< since the start [m]
     Eigen::Matrix3f lie;             ///< columns along the body, up, and across: its pattern runs along.
-    float bend;                      ///< radius about its length, 0 of what is flat [m]: its pattern goes around.
+    Eigen::Vector4f axis;            ///< a point on it at the start, radius; 0 if flat [m]: the pattern goes around.
     std::vector<Plane> planes;
     std::vector<Vertex> triangles;
     GLint first = 0;                 ///< in the buffer

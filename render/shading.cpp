@@ -72,7 +72,7 @@ void Renderer::Passes::shade(const Frame& frame) {
         shade_kind(kind_solid + static_cast<GLint>(i), program);
         program.set("moved", frame.solids[i].moved);
         program.set("lie", frame.solids[i].lie);
-        program.set("bend", frame.solids[i].bend);
+        program.set("axis", frame.solids[i].axis);
         glDrawArrays(GL_TRIANGLES, 0, 3);
     }
     glBindSampler(unit_relief, 0);

@@ -65,21 +65,22 @@ Eigen::Matrix3f lie_of(const Shape& shape) {
     return axes;
 }
 
-float bend_of(const Shape& shape) {
-    if (const auto* s = std::get_if<Sphere>(&shape.kind())) return static_cast<float>(s->radius);
-    if (const auto* c = std::get_if<Capsule>(&shape.kind())) return static_cast<float>(c->radius);
-    if (const auto* c = std::get_if<Cylinder>(&shape.kind())) return static_cast<float>(c->radius);
-    return 0;
+/// A point on the axis of what is round about its length, and the radius; 0 of what is flat.
+Vector4f axis_of(const Shape& shape) {
+    if (const auto* s = std::get_if<Sphere>(&shape.kind())) return with(s->center, s->radius);
+    if (const auto* c = std::get_if<Capsule>(&shape.kind())) return with(c->from, c->radius);
+    if (const auto* c = std::get_if<Cylinder>(&shape.kind())) return with(c->from, c->radius);
+    return Vector4f::Zero();
 }
 
 SolidGroup& group_of(std::vector<SolidGroup>& groups, Look look, const Vector3f& moved,
-                     const Eigen::Matrix3f& lie, float bend) {
+                     const Eigen::Matrix3f& lie, const Vector4f& axis) {
     for (SolidGroup& group : groups)
-        if (group.look == look && group.moved == moved && group.lie == lie && group.bend == bend)
+        if (group.look == look && group.moved == moved && group.lie == lie && group.axis == axis)
             return group;
     constexpr std::size_t most =
         250;  // the stencil buffer counts to 255; the rest share the last one's pattern
-    if (groups.size() < most) groups.push_back({look, moved, lie, bend, {}, {}, 0});
+    if (groups.size() < most) groups.push_back({look, moved, lie, axis, {}, {}, 0});
     return groups.back();
 }
 
@@ -97,7 +98,7 @@ void Renderer::Passes::prepare_solids(Frame& frame, const std::vector<Solid>& so
             continue;
         }
         SolidGroup& group = group_of(frame.solids, shown_look(solid), moved.cast<float>(),
-                                     lie_of(solid.shape), bend_of(solid.shape));
+                                     lie_of(solid.shape), axis_of(solid.shape));
         if (const Plane* plane = std::get_if<Plane>(&solid.shape.kind()))
             group.planes.push_back({plane->point + moved, plane->normal.normalized()});
         group.triangles.insert(group.triangles.end(), mine.begin(), mine.end());

@@ -1,6 +1,6 @@
 // Planks; what is round is a log, of one piece.
 Matter matter_of(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
-    float plank = bend > 0.0 ? 1e3 : 0.14;
+    float plank = axis.w > 0.0 ? 1e3 : 0.14;
     at.y += 0.5 * plank;
     float row = floor(at.y / plank), shift = 1.9 * hash_at(vec2(row, 3.0));
     vec3 cell = cell_at(at + vec2(shift, 0.0), vec2(2.4, plank));

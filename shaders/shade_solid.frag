@@ -8,13 +8,13 @@ out vec4 out_light;
 // The pattern runs along the body: on each side of what is flat it is that of the nearest of the three planes, and goes
 // around what is round, from below to below. The ends of a cylinder are flat.
 Matter matter_at(vec3 position, vec3 n, float width) {
-    vec3 own = n * lie, size = abs(own);
-    bool end = size.x > (bend > 0.0 ? 0.9999 : max(size.y, size.z));
-    bool around = bend > 0.0 && !end;
-    float narrow = around ? max(length(own.yz), 0.02) : 1.0;  // of a round end: what goes around it is narrower
+    vec3 size = abs(n * lie), out_of_axis = (position - axis.xyz) * lie;
+    bool end = size.x > (axis.w > 0.0 ? 0.9999 : max(size.y, size.z));
+    bool around = axis.w > 0.0 && !end;
+    float off = length(out_of_axis.yz), narrow = around ? max(off / axis.w, 0.02) : 1.0;  // a round end is narrower
     vec3 u = end ? lie[2] : lie[0];
-    vec3 v = around ? (lie[2] * own.y - lie[1] * own.z) / narrow : !end && size.y >= size.z ? lie[2] : lie[1];
-    vec2 at = vec2(dot(position, u), around ? bend * atan(own.z, own.y) : dot(position, v));
+    vec3 v = around ? (lie[2] * out_of_axis.y - lie[1] * out_of_axis.z) / max(off, 1e-6) : !end && size.y >= size.z ? lie[2] : lie[1];
+    vec2 at = vec2(dot(position, u), around ? axis.w * atan(out_of_axis.z, out_of_axis.y) : dot(position, v));
     return matter_of(at, n, u, v, width / narrow);
 }
 

@@ -1,7 +1,7 @@
 // What grounds and bodies are made of, without pictures: from one tile of noise at several sizes. Each look has a
 // shader of its own, since software that draws takes every branch.
 uniform sampler2D relief;          // slopes and height, in standard deviations
-uniform float bend;                // radius of what is round about its length, or 0 [m]
+uniform vec4 axis;                 // of what is round about its length: a point on it, radius; 0 of what is flat [m]
 
 struct Matter {
     vec3 albedo;

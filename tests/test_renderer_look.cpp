@@ -127,6 +127,22 @@ TEST_CASE("each look is drawn, and none like another", "[renderer]") {
     }
 }
 
+TEST_CASE("a pattern goes around what is round, as wide as on what is flat", "[renderer]") {
+    const auto renderer = renderer_for(small_picture());
+    if (!renderer) return;
+    const Camera above{{0, 1, 0.01}, {0, 0, 0}, 16};
+    const auto seen = [&](const Shape& shape, Look look) {
+        Solid solid{{shape}};
+        solid.look = look;
+        return renderer->draw({}, {solid}, above, 0);
+    };
+    const Shape wide = Cylinder{{-3, -5, 0}, {3, -5, 0}, 5}, flat = Box{{0, -0.5, 0}, {6, 1, 3}};
+    const double same = compare_images(seen(wide, Look::concrete), seen(flat, Look::concrete), 0).flip,
+                 other = compare_images(seen(wide, Look::soil), seen(flat, Look::concrete), 0).flip;
+    CAPTURE(same, other);
+    CHECK(same < 0.1 * other);
+}
+
 TEST_CASE("spray is drawn along its way while the shutter is open", "[renderer]") {
     Picture picture = small_picture(Quality::preview);
     picture.shutter = 0.05;
