@@ -1,14 +1,18 @@
-// Planks; what is round is a log, of one piece.
+// Planks; what is round is a log, of one piece, with rings at its ends.
 Matter matter_of(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
-    float plank = axis.w > 0.0 ? 1e3 : 0.14;
+    bool round = axis.w > 0.0, end = cut_across(n);
+    float plank = round ? 1e3 : 0.14;
     at.y += 0.5 * plank;
-    float row = floor(at.y / plank), shift = 1.9 * hash_at(vec2(row, 3.0));
-    vec3 cell = cell_at(at + vec2(shift, 0.0), vec2(2.4, plank));
+    float row = floor(at.y / plank), shift = round ? 500.0 : 1.9 * hash_at(vec2(row, 3.0));
+    vec3 cell = cell_at(at + vec2(shift, 0.0), vec2(round ? 1e3 : 2.4, plank));
     float own = hash_at(cell.yz);
-    vec2 along = vec2(0.07, 1.0) * at + vec2(own * 7.0, own * 3.0);
-    vec3 warp = noise_at(along, 1.3, width), fibre = noise_at(vec2(0.02, 1.0) * at + own, 0.055, 2.0 * width);
-    float rings = 0.5 + 0.5 * sin(90.0 * along.y + 5.0 * warp.z);
-    rings = mix(0.5, rings, clamp(1.4 - 60.0 * width, 0.0, 1.0));
+    vec2 from_pith = at - vec2(0.0, 0.5 * plank) - vec2(dot(axis.xyz, u), dot(axis.xyz, v)) - 0.06 * axis.w;
+    vec2 along = end ? from_pith : vec2(0.07, 1.0) * at + vec2(own * 7.0, own * 3.0);
+    vec3 warp = noise_at(along, end ? 10.0 * axis.w : 1.3, width);
+    vec3 fibre = noise_at(end ? 0.4 * at : vec2(0.02, 1.0) * at + own, 0.055, 2.0 * width);
+    float phase = end ? 300.0 * length(from_pith) + 1.5 * warp.z : 90.0 * along.y + 5.0 * warp.z;
+    float rings = 0.5 + 0.5 * sin(phase);
+    rings = mix(0.5, rings, clamp(1.4 - (end ? 180.0 : 60.0) * width, 0.0, 1.0));
     vec3 colour = mix(vec3(0.36, 0.235, 0.135), vec3(0.235, 0.140, 0.075), 0.65 * rings);
     colour *= (0.80 + 0.40 * own) * (1.0 + 0.09 * fibre.z + 0.05 * warp.z);
     float gap = smooth_edge(cell.x, 0.0016, width + 0.001);

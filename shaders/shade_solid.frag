@@ -1,7 +1,6 @@
 uniform sampler2D depths;
 uniform sampler2D surface;         // normal
 uniform vec3 moved;                // of the body since the start: its pattern goes along [m]
-uniform mat3 lie;                  // columns: along the body, up, and across
 
 out vec4 out_light;
 
@@ -9,7 +8,7 @@ out vec4 out_light;
 // around what is round, from below to below. The ends of a cylinder are flat.
 Matter matter_at(vec3 position, vec3 n, float width) {
     vec3 size = abs(n * lie), out_of_axis = (position - axis.xyz) * lie;
-    bool end = size.x > (axis.w > 0.0 ? 0.9999 : max(size.y, size.z));
+    bool end = axis.w > 0.0 ? cut_across(n) : size.x > max(size.y, size.z);
     bool around = axis.w > 0.0 && !end;
     float off = length(out_of_axis.yz), narrow = around ? max(off / axis.w, 0.02) : 1.0;  // a round end is narrower
     vec3 u = end ? lie[2] : lie[0];
@@ -28,7 +27,9 @@ void main() {
     Matter m = matter_at(position - moved, face, width);
 
     vec3 lifted = position + 1.5 * shadow_texel * face;  // or it would lie in its own shade
-    float facing = max(dot(m.normal, to_sun), 0.0) * smoothstep(0.0, 0.05, dot(face, to_sun));
+    // The sun that grazes a face reaches neither side of what rises from it.
+    float level = max(dot(face, to_sun), 0.0);
+    float facing = max(mix(level, dot(m.normal, to_sun), smoothstep(0.0, 0.2, level)), 0.0);
     float direct = facing * sun_visibility(lifted, facing, 1.5 * shadow_texel) * spray_transmittance(lifted);
     float open = open_to_bodies(position, face);
     float snow_open = light_at(position + spacing * face).a;

@@ -1,6 +1,7 @@
 // What grounds and bodies are made of, without pictures: from one tile of noise at several sizes. Each look has a
 // shader of its own, since software that draws takes every branch.
 uniform sampler2D relief;          // slopes and height, in standard deviations
+uniform mat3 lie;                  // columns: along the body, up, and across
 uniform vec4 axis;                 // of what is round about its length: a point on it, radius; 0 of what is flat [m]
 
 struct Matter {
@@ -9,6 +10,9 @@ struct Matter {
     float mirror;                  // share of light that is mirrored straight on
     float rough;                   // blur of what is mirrored
 };
+
+// Is it an end of a cylinder?
+bool cut_across(vec3 n) { return axis.w > 0.0 && abs(dot(n, lie[0])) > 0.9999; }
 
 // Slopes along u and v, and height, of noise whose tile is so wide [m]. What is smaller than a sample fades.
 vec3 noise_at(vec2 at, float tile, float width) {
