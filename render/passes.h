@@ -22,7 +22,9 @@ struct Effort {
     int shadow_size;  ///< [texels]
     int shadow_search;  ///< samples of it that look for what throws half-shade.
     int shadow_taps;  ///< samples of the shadow map in half-shade.
-    int children;     ///< smaller splats about a particle that is near.
+    float children;   ///< smaller splats about a particle that is near,
+    float children_from;  ///< which is one of at least such a radius [samples];
+    float all_children;   ///< in a picture: where many are near, each has fewer.
     float puffs;      ///< share of the spray that is drawn as puffs.
     int grains;       ///< drawn of each particle of spray.
     bool fine_light;  ///< in snow: in cells of the density, or twice as wide.
@@ -32,9 +34,6 @@ Effort effort_of(Quality);
 
 /// Blocks of the shadow map whose depths are known in bounds, along an edge: first, and then with those around.
 inline constexpr int blocks_across = 256, bounds_across = 64;
-
-/// Radius of a splat from which smaller ones show about it [samples].
-inline constexpr float children_from = 6;
 
 /// What a sample shows, as the stencil buffer holds it: each is shaded on its own. Solids come after these.
 enum Kind : GLint { kind_sky, kind_snow, kind_solid };

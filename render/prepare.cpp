@@ -124,7 +124,7 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     frame.bodies.reach = 0.3f * radius;
 
     const Splats visible =
-        visible_splats(particles, density, soft, halved(half), frame.view, frame.to_sun, children_from,
+        visible_splats(particles, density, soft, halved(half), frame.view, frame.to_sun, effort.children_from,
                        {effort.least_radius, effort.least_thrower * frame.shadow.texel,
                         std::max(1.2f * static_cast<float>(effort.edge), 1.0f)});
     if (effort.fine_light)

@@ -19,6 +19,8 @@ Effort effort_of(Quality quality) {
                     .shadow_search = 5,
                     .shadow_taps = 5,
                     .children = 0,
+                    .children_from = 6,
+                    .all_children = 0,
                     .puffs = 0.25f,
                     .grains = 1,
                     .fine_light = false};
@@ -30,6 +32,8 @@ Effort effort_of(Quality quality) {
                     .shadow_search = 6,
                     .shadow_taps = 8,
                     .children = 8,
+                    .children_from = 3.5f,
+                    .all_children = 60'000,
                     .puffs = 0.25f,
                     .grains = 2,
                     .fine_light = false};
@@ -41,6 +45,8 @@ Effort effort_of(Quality quality) {
                     .shadow_search = 8,
                     .shadow_taps = 16,
                     .children = 10,
+                    .children_from = 3.2f,
+                    .all_children = 280'000,
                     .puffs = 0.8f,
                     .grains = 3,
                     .fine_light = true};
@@ -93,7 +99,8 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
     shadow_all = make_shadow_texture(effort.shadow_size);
     shadow_bodies = make_shadow_texture(effort.shadow_size / 2);
     spray_shadow = make_texture_2d(GL_R16F, effort.shadow_size / 2, effort.shadow_size / 2, GL_LINEAR);
-    spray_shadow_target = make_framebuffer("the shadow of spray (R16F, depth 32F)", {&spray_shadow}, &shadow_bodies);
+    spray_shadow_target =
+        make_framebuffer("the shadow of spray (R16F, depth 32F)", {&spray_shadow}, &shadow_bodies);
     for (int i = 0; i < 2; ++i) {
         shadow_blocks[i] =
             make_texture_2d(GL_RGBA32F, i ? bounds_across : blocks_across, i ? bounds_across : blocks_across);
@@ -110,12 +117,12 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
     values = make_texture_2d(GL_R16F, width, height);
     palette = make_palette(picture.colour);
     surface_target =
-        make_framebuffer("surfaces (R32F, RGB10_A2 and R16F, depth 24 stencil 8)", {&depth, &surface, &values}, &depth_buffer,
-                         GL_DEPTH_STENCIL_ATTACHMENT);
+        make_framebuffer("surfaces (R32F, RGB10_A2 and R16F, depth 24 stencil 8)",
+                         {&depth, &surface, &values}, &depth_buffer, GL_DEPTH_STENCIL_ATTACHMENT);
     for (int i = 0; i < 3; ++i) {
         smooth_depths[i] = make_texture_2d(GL_R32F, width, height);
-        smooth_target[i] = make_framebuffer("depth (R32F, depth 24 stencil 8)", {&smooth_depths[i]}, &depth_buffer,
-                                            GL_DEPTH_STENCIL_ATTACHMENT);
+        smooth_target[i] = make_framebuffer("depth (R32F, depth 24 stencil 8)", {&smooth_depths[i]},
+                                            &depth_buffer, GL_DEPTH_STENCIL_ATTACHMENT);
     }
     light = make_texture_2d(GL_RGBA16F, width, height);
     light_target = make_framebuffer("light (RGBA16F, depth 24 stencil 8)", {&light}, &depth_buffer,

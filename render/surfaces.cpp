@@ -50,16 +50,19 @@ void Renderer::Passes::draw_surfaces(const Frame& frame) {
     bind_texture(unit_relief, GL_TEXTURE_2D, relief);
     glBindSampler(unit_relief, quick_reader.id());
     glBindVertexArray(splat_array.id());
+    const float children =
+        std::min(effort.children, effort.all_children / static_cast<float>(std::max(frame.near_splats, 1)));
     for (const Program* program : {&near_splat_program, &splat_program}) {
         program->use();
         set_view(*program, frame.view);
         program->set("relief", unit_relief);
-        program->set("grown_from", children_from);
-        program->set("grown_to", 2.2f * children_from);
+        program->set("children", children);
+        program->set("grown_from", effort.children_from);
+        program->set("grown_to", 2 * effort.children_from);
         if (program == &splat_program)
             glDrawArrays(GL_POINTS, frame.near_splats, frame.seen_splats - frame.near_splats);
         else if (frame.near_splats > 0)
-            glDrawArraysInstanced(GL_POINTS, 0, frame.near_splats, 1 + effort.children);
+            glDrawArraysInstanced(GL_POINTS, 0, frame.near_splats, 1 + static_cast<GLsizei>(std::ceil(children)));
     }
     glBindSampler(unit_relief, 0);
     glDisable(GL_DEPTH_TEST);

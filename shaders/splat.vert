@@ -5,6 +5,7 @@ layout(location = 1) in float radius;
 layout(location = 2) in float hash;
 layout(location = 3) in float value;
 uniform float max_point_size;
+uniform float children;              // the last one of a broken number is smaller
 uniform float grown_from, grown_to;  // radius at which children begin to show, and have grown up [samples]
 
 flat out float splat_depth;
@@ -25,11 +26,11 @@ void main() {
         vec3 h = fract(hash * vec3(91.7, 613.3, 171.9) + float(gl_InstanceID) * vec3(0.6180, 0.4142, 0.7321));
         float turn = 6.2832 * h.x, height = 2.0 * h.y - 1.0;
         vec3 direction = vec3(sqrt(1.0 - height * height) * vec2(cos(turn), sin(turn)), height);
-        at += 0.92 * r * direction;
-        r *= grown * (0.25 + 0.30 * h.z);
+        at += (1.15 - 0.45 * h.z) * r * direction;
+        r *= grown * min(children + 1.0 - float(gl_InstanceID), 1.0) * (0.20 + 0.42 * h.z * h.z);
         splat_hash = fract(hash + 0.381966 * float(gl_InstanceID));
     } else {
-        r *= 1.0 - 0.12 * grown;
+        r *= 1.0 - 0.25 * grown;
     }
     gl_Position = r > 0.0 ? projection * vec4(at, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
     splat_depth = dot(at - eye, basis[2]);
