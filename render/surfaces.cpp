@@ -62,7 +62,8 @@ void Renderer::Passes::draw_surfaces(const Frame& frame) {
         if (program == &splat_program)
             glDrawArrays(GL_POINTS, frame.near_splats, frame.seen_splats - frame.near_splats);
         else if (frame.near_splats > 0)
-            glDrawArraysInstanced(GL_POINTS, 0, frame.near_splats, 1 + static_cast<GLsizei>(std::ceil(children)));
+            glDrawArraysInstanced(GL_POINTS, 0, frame.near_splats,
+                                  1 + static_cast<GLsizei>(std::ceil(children)));
     }
     glBindSampler(unit_relief, 0);
     glDisable(GL_DEPTH_TEST);
@@ -95,7 +96,7 @@ void Renderer::Passes::smooth_depth(const Frame& frame) {
         }
         return levels;
     };
-    const int levels = smooth(0, 1.3f * frame.spacing, 2.6f * frame.spacing, -1);
+    const int levels = smooth(0, 1.5f * frame.spacing, 3.5f * frame.spacing, -1);
     fine = from;
     smooth(std::max(levels - 1, 1), 3.2f * frame.spacing, 6.0f * frame.spacing,
            static_cast<int>(fine - smooth_depths));

@@ -5,6 +5,6 @@ Matter matter_of(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
     float frost = smoothstep(0.0, 2.4, broad.z + 0.6 * fine.z);
     vec3 colour = mix(vec3(0.17, 0.275, 0.335), vec3(0.60, 0.68, 0.73), 0.75 * frost);
     colour = mix(colour, vec3(0.80, 0.86, 0.90), 0.35 * min(crack, 1.0));
-    vec2 slope = 0.010 * broad.xy + 0.008 * fine.xy;
-    return Matter(colour, normalize(n - slope.x * u - slope.y * v), mix(0.05, 0.015, frost), 0.15 + 0.6 * frost);
+    vec2 slope = 0.004 * broad.xy + 0.006 * fine.xy;
+    return Matter(colour, normalize(n - slope.x * u - slope.y * v), mix(0.05, 0.015, frost), 0.25 + 0.5 * frost);
 }
