@@ -14,6 +14,7 @@ void Renderer::Passes::set_view(const Program& program, const View& view) const 
 
 void Renderer::Passes::set_light(const Program& program, const Frame& frame) const {
     program.set("shadow_all", unit_shadow_all);
+    program.set("shadow_bodies", unit_shadow_bodies);
     program.set("shadow_depths", unit_shadow_depths);
     program.set("spray_shadow", unit_spray_shadow);
     program.set("shadow_bounds", unit_shadow_bounds);
@@ -23,8 +24,7 @@ void Renderer::Passes::set_light(const Program& program, const Frame& frame) con
     program.set("shadow_matrix", frame.shadow.matrix);
     program.set("shadow_texel", frame.shadow.texel);
     program.set("shadow_span", frame.shadow.texel * static_cast<float>(effort.shadow_size));
-    program.set("shadow_reach",
-                frame.shadow.texel * static_cast<float>(effort.shadow_size / bounds_across));
+    program.set("shadow_reach", frame.shadow.texel * static_cast<float>(effort.shadow_size / bounds_across));
     program.set("shadow_search", effort.shadow_search);
     program.set("shadow_taps", effort.shadow_taps);
     program.set("to_sun", frame.to_sun);

@@ -33,7 +33,7 @@ Effort effort_of(Quality quality) {
                     .shadow_taps = 8,
                     .children = 8,
                     .children_from = 3.5f,
-                    .all_children = 60'000,
+                    .all_children = 30'000,
                     .puffs = 0.25f,
                     .grains = 2,
                     .fine_light = false};
@@ -200,7 +200,6 @@ void Renderer::Passes::resolve() {
     resolve_program.use();
     resolve_program.set("light", 0);
     resolve_program.set("margin", margin);
-    resolve_program.set("edge", std::max(static_cast<int>(effort.edge), 1));
     bind_texture(0, GL_TEXTURE_2D, *picture_light);
     glBindVertexArray(no_array.id());
     glDrawArrays(GL_TRIANGLES, 0, 3);

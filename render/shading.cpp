@@ -54,7 +54,6 @@ void Renderer::Passes::shade(const Frame& frame) {
         set_bodies(program, frame.bodies);
         program.set("depths", unit_depths);
         program.set("surface", unit_surface);
-        program.set("shadow_bodies", unit_shadow_bodies);
         program.set("snow_outward", unit_snow_outward);
         program.set("wide_depths", unit_wide_depths);
         program.set("raw_depths", unit_raw_depths);

@@ -1,6 +1,7 @@
 // What shades snow, spray, solids and sky shares. All of it writes the light that a sample sends to the camera
 // as film answers to it: linear, 0 to 1.
 uniform sampler2DShadow shadow_all;     // by snow and bodies
+uniform sampler2DShadow shadow_bodies;  // by bodies alone: snow lets light through
 uniform sampler2D shadow_depths;        // the same texture as numbers
 uniform sampler2D spray_shadow;         // optical depth of the spray between the sun and what is solid
 uniform sampler2D shadow_bounds;        // least and largest depth near, any spray (shadow_bounds.frag)
@@ -109,6 +110,9 @@ vec4 light_at(vec3 position) {
 
 // What hides the sky is itself bright snow.
 float open_sky(float visible) { return visible / (1.0 - 0.6 * (1.0 - visible)); }
+
+// Most of the sky's light comes from the sun's side: what leans there is lighter, in shade as well.
+vec3 brightest_sky() { return normalize(to_sun + vec3(0.0, 1.0, 0.0)); }
 
 vec3 sky_by_normal(vec3 normal) { return sky_light * (0.65 + 0.35 * normal.y); }
 

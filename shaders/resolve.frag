@@ -1,7 +1,7 @@
-// From samples to pixels, in linear light, and from there to sRGB.
+// From samples to pixels, a tent over each that reaches its neighbours' middles, in linear light, and from there to sRGB.
+// A constant, `edge`: samples along a pixel's edge.
 uniform sampler2D light;
 uniform int margin;                // [samples]
-uniform int edge;                  // samples along a pixel's edge
 
 out vec4 out_colour;
 
@@ -18,8 +18,12 @@ float dither(ivec2 pixel) {
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
+    ivec2 last = textureSize(light, 0) - margin - 1;
     vec3 sum = vec3(0.0);
-    for (int i = 0; i < edge; ++i)
-        for (int j = 0; j < edge; ++j) sum += texelFetch(light, margin + pixel * edge + ivec2(i, j), 0).rgb;
+    for (int j = -(edge / 2); j < edge + edge / 2; ++j)
+        for (int i = -(edge / 2); i < edge + edge / 2; ++i) {
+            vec2 share = 1.0 - abs((vec2(i, j) + 0.5) / float(edge) - 0.5);
+            sum += share.x * share.y * texelFetch(light, clamp(margin + pixel * edge + ivec2(i, j), ivec2(margin), last), 0).rgb;
+        }
     out_colour = vec4(srgb(sum / float(edge * edge)) + dither(pixel) / 255.0, 1.0);
 }

@@ -2,7 +2,6 @@ uniform sampler2D depths;          // smoothed
 uniform sampler2D wide_depths;     // smoothed over a lump
 uniform sampler2D raw_depths;
 uniform sampler2D surface;         // grain's normal
-uniform sampler2DShadow shadow_bodies;  // by bodies alone: snow lets light through
 uniform sampler3D snow_outward;    // −∇ρ over two cells; ρ in alpha
 
 uniform bool coloured;             // by a colour map
@@ -76,8 +75,7 @@ void main() {
     float scattered = scattering + loose * (0.04 + 0.22 * light.g);
     vec3 sun = sun_light * (mix(vec3(direct), inside, scattered) + 0.35 * (1.0 - thin) * past_bodies * light.g);
     float seen = open_sky(clamp(light.a * open, 0.0, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));
-    // Most of the sky's light comes from the sun's side: grains that lean there are lighter, in shade as well.
-    seen *= 1.0 + 0.6 * grain_share * dot(grain - normal, normalize(to_sun + vec3(0.0, 1.0, 0.0)));
+    seen *= 1.0 + 0.6 * grain_share * dot(grain - normal, brightest_sky());
     vec3 around = seen * (sky_by_normal(normal) + seen * bounce_by_normal(normal, seen));
     if (coloured) {
         // Shaded only as far as it takes to see the shape: the colours must be those of the scale.

@@ -34,6 +34,7 @@ void main() {
     float open = open_to_bodies(position, face);
     float snow_open = light_at(position + spacing * face).a;
     open *= open_sky(snow_open);
+    open *= 1.0 + 0.6 * dot(m.normal - face, brightest_sky());
     vec3 colour = m.albedo * (sun_light * direct + open * (sky_by_normal(m.normal) + bounce_by_normal(m.normal, open)));
 
     if (m.mirror > 0.0) {

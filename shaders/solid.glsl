@@ -11,8 +11,8 @@ struct Matter {
     float rough;                   // blur of what is mirrored
 };
 
-// Is it an end of a cylinder?
-bool cut_across(vec3 n) { return axis.w > 0.0 && abs(dot(n, lie[0])) > 0.9999; }
+// Is it an end of a cylinder, or the middle of a round one?
+bool cut_across(vec3 n) { return axis.w > 0.0 && abs(dot(n, lie[0])) > 0.75; }
 
 // Slopes along u and v, and height, of noise whose tile is so wide [m]. What is smaller than a sample fades.
 vec3 noise_at(vec2 at, float tile, float width) {

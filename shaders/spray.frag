@@ -7,11 +7,12 @@ flat in float spray_radius;
 flat in float spray_size;
 flat in float spray_depth;
 flat in float spray_hash;
+in float spray_end;
 
 out vec4 out_light;
 
 float share_hidden() {
-    if (lines == 1) return spray_colour.a;
+    if (lines == 1) return spray_colour.a * (0.15 + 1.1 * spray_end);
     vec2 p = (gl_PointCoord - 0.5) * vec2(spray_size, -spray_size);
     float along = dot(p, half_way) / max(dot(half_way, half_way), 1e-6);
     vec2 q = p - clamp(along, -1.0, 1.0) * half_way;

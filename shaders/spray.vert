@@ -22,6 +22,7 @@ flat out float spray_radius;             // [samples]
 flat out float spray_size;               // [samples]
 flat out float spray_depth;              // [m]
 flat out float spray_hash;
+out float spray_end;                     // of a streak: it fades towards where the grain came from
 
 void main() {
     const bool puff = puffs == 1;
@@ -64,8 +65,9 @@ void main() {
     float seen = texture(shadow_all, shadow_position(at + 1.5 * spacing * to_sun));
     float forward = max(dot(normalize(ray), to_sun), 0.0);  // ice throws most of the light onwards
     float facing = mix(0.62, 0.92 * max(dot(normal, to_sun) + 0.25, 0.0) / 1.25, dense) + 1.2 * pow(forward, 6.0);
-    float within = puff ? 1.0 : smoothstep(0.03, 0.10, outward.a);  // in a cloud shade is filled with scattered light
-    vec3 sun = sun_light * light.rgb * light.g * mix(mix(0.06, 0.42, within), facing, seen);
+    // In the shade of snow there is scattered light, in that of bodies none.
+    float past_bodies = texture(shadow_bodies, shadow_position(at));
+    vec3 sun = sun_light * light.rgb * light.g * past_bodies * mix(0.42, facing, seen);
     vec3 colour = sun + (0.9 * open_sky(light.a)) * (sky_light * (1.0 + 0.3 * dense * normal.y) + bounce_by_normal(dense * normal, seen));
 
     if (lines == 1) opacity = min(3.0 * opacity * min(radius, 1.5), 0.8);
@@ -73,6 +75,7 @@ void main() {
     if (coloured) spray_colour.rgb = pow(textureLod(palette, vec2(value, 0.5), 0.0).rgb, vec3(2.2));
     bool shown = streak == (lines == 1) && (!puff || hash < puff_share) && opacity > 0.004 && r > 0.0 && spray_depth > near_depth;
     gl_Position = shown ? projection * vec4(at, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
+    spray_end = (gl_VertexID & 1) == 0 ? 0.0 : 1.0;
     if (lines == 1) gl_Position.xy += ((gl_VertexID & 1) == 0 ? -2.0 : 2.0) * straight / samples * gl_Position.w;
     gl_PointSize = min(spray_size, max_point_size);
 }

@@ -164,6 +164,44 @@ TEST_CASE("spray is drawn along its way while the shutter is open", "[renderer]"
     CHECK(width(fast) <= width(still) + way);
 }
 
+TEST_CASE("a body's shade takes the sun from powder, too", "[renderer]") {
+    std::vector<float> cloud, velocity;
+    for (int k = -8; k <= 8; ++k)
+        for (int j = -8; j <= 8; ++j)
+            for (int i = -8; i <= 8; ++i)
+                for (const double x : {0.05 * i, 0.3 + 0.05 * j, 0.05 * k}) {
+                    cloud.push_back(static_cast<float>(x));
+                    velocity.push_back(3);
+                }
+    Solid screen{{Box{{-1.6, 1.3, 0}, {0.1, 3, 4}}}};  // the sun stands on the left
+    const auto renderer = renderer_for(small_picture(Quality::preview));
+    if (!renderer) return;
+    const auto warmth = [&](const std::vector<Solid>& bodies) {
+        const Image image = renderer->draw({cloud, velocity, spacing}, bodies, front, 0);
+        const std::size_t p = 3 * (45 * 160 + 80);
+        return double(image.pixels[p]) / image.pixels[p + 2];
+    };
+    const double lit = warmth({}), shaded = warmth({screen});
+    CAPTURE(lit, shaded);
+    CHECK(shaded < 0.8 * lit);
+}
+
+TEST_CASE("an outline in final fades over two pixels, as a tent of that width has it", "[renderer]") {
+    const auto renderer = renderer_for(small_picture(Quality::final));
+    if (!renderer) return;
+    const Solid wall{{Box{{-5, 0, -5}, {10, 30, 10}}}};  // its right edge leans in perspective
+    const Image image = renderer->draw({}, {wall}, Camera{{0.3, 8, 2}, {0, 0, 0}, 40}, 0);
+    constexpr int rows = 70;
+    int between = 0;  // pixels that neither neighbour is like
+    for (int y = 10; y < 10 + rows; ++y)
+        for (int x = 1; x < 159; ++x) {
+            const double here = brightness(image, x, y);
+            between += std::abs(here - brightness(image, x - 1, y)) > 4 &&
+                       std::abs(here - brightness(image, x + 1, y)) > 4;
+        }
+    CHECK(between > 1.5 * rows);
+}
+
 namespace {
 
 /// Pixels that are at least 20 steps brighter than all that lie two pixels off, as x and y by turns.
