@@ -1,5 +1,6 @@
 #include "render/light.h"
 #include "render/passes.h"
+#include "sim/collision.h"
 
 #include <omp.h>
 
@@ -123,8 +124,15 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     frame.shadow = shadow_view(frame.to_sun, region.center(), radius, effort.shadow_size);
     frame.bodies.reach = 0.3f * radius;
 
+    const auto to_bodies = [&](const Vector3f& x) {
+        double least = INFINITY;
+        for (const Solid& solid : solids)
+            least = std::min(least, signed_distance(solid, x.cast<double>(), time));
+        return least;
+    };
     const Splats visible =
         visible_splats(particles, density, soft, halved(half), frame.view, frame.to_sun, effort.children_from,
+                       to_bodies,
                        {effort.least_radius, effort.least_thrower * frame.shadow.texel,
                         std::max(1.2f * static_cast<float>(effort.edge), 1.0f)});
     if (effort.fine_light)

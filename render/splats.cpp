@@ -61,14 +61,6 @@ float crumb_share(float hash) {
     return 0.16f + 0.40f * h * h;
 }
 
-/// How much of a cloud a loose particle is: 0 at rest, a crumb; 1 where it moves on by its own size at once.
-float flight(const ParticleView& particles, std::size_t p) {
-    constexpr float at_once = 0.01f;  // [s]
-    if (particles.v.empty() || !drawable(&particles.v[3 * p])) return 0;
-    const Vector3f v(particles.v[3 * p], particles.v[3 * p + 1], particles.v[3 * p + 2]);
-    return smoothstep(0.3f, 1.5f, v.norm() * at_once / particles.spacing);
-}
-
 /// In a cloud of density ρ neighbours are ρ^(−1/3) apart: powder spreads as far, and where that is too far shows no more.
 void spread_powder(SprayPoint& point, float spacing, float rho) {
     const float wider = std::clamp(std::cbrt(0.07f / std::max(rho, 1e-4f)), 1.0f, 2.2f);
@@ -111,6 +103,7 @@ struct Chooser {
     float near_radius;
     SplatDetail detail;
     HiddenCells& hidden;
+    const DistanceToBodies& to_bodies;
     Field values;
     /// A lump in cells k times too wide seems 1/k³ as dense, a cloud seems as it is: between the two.
     float firm = std::pow(density.cell / (2 * particles.spacing), 1.5f);
@@ -192,6 +185,18 @@ struct Chooser {
         }
     }
 
+    /// A loose particle is a crumb, 0, or of a cloud, 1: where it moves on by its own size at once. What slides along a
+    /// body must be faster, and what touches nothing flies even where it turns round.
+    float flight(const Vector3f& x, std::size_t p, float rho) const {
+        constexpr float at_once = 0.01f;  // [s]
+        if (particles.v.empty() || !drawable(&particles.v[3 * p])) return 0;
+        const Vector3f v(particles.v[3 * p], particles.v[3 * p + 1], particles.v[3 * p + 2]);
+        const float way = v.norm() * at_once / particles.spacing,
+                    away = smoothstep(2, 5, static_cast<float>(to_bodies(x)) / particles.spacing);
+        return std::max(smoothstep(1.5f - 1.2f * away, 6 - 4.5f * away, way),
+                        away * (1 - smoothstep(0.05f, 0.10f, rho)));
+    }
+
     void add_particle(Piece& piece, const Batch& batch, std::size_t i, bool kept) const {
         const std::size_t p = batch.p[i];
         const float hash = batch.hash[i], rho = batch.rho[i], spacing = particles.spacing;
@@ -205,7 +210,7 @@ struct Chooser {
             return;
         }
         const Vector3f x(batch.x[i], batch.y[i], batch.z[i]);
-        const float flying = flight(particles, p), solid_share = wholeness(rho, flying),
+        const float flying = flight(x, p, rho), solid_share = wholeness(rho, flying),
                     crumb_size = crumb_share(hash) * (1 - flying),
                     crumb = radius_of(spacing, crumb_size, hash);
         const bool sprayed = solid_share < crumb_size &&
@@ -279,11 +284,11 @@ Splats joined(const std::vector<Piece>& pieces) {
 
 Splats visible_splats(const ParticleView& particles, const Density& density, const Density& soft,
                       const Density& wide, const View& view, const Vector3f& to_sun, float near_radius,
-                      const SplatDetail& detail) {
+                      const DistanceToBodies& to_bodies, const SplatDetail& detail) {
     const Cover cover(density);
     HiddenCells hidden(density, soft, cover, view.eye, to_sun);
-    const Chooser chooser{
-        particles, density, soft, wide, view, near_radius, detail, hidden, mean_values(particles, density)};
+    const Chooser chooser{particles,   density, soft,   wide,      view,
+                          near_radius, detail,  hidden, to_bodies, mean_values(particles, density)};
     constexpr std::size_t piece_size = 16384;
     const auto of_particles = static_cast<int>((particles.size() + piece_size - 1) / piece_size);
     std::vector<Piece> pieces(of_particles + std::max(density.rho.size.z() - 2, 0));

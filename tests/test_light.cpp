@@ -31,12 +31,15 @@ Density density_at(const std::vector<float>& x, std::size_t max_cells = 1 << 20)
 
 const Eigen::Vector3f to_sun(0, 1, 0);
 
-Splats splats_of(const std::vector<float>& x, const Vec3d& eye, const std::vector<float>& v = {}) {
+double nothing_near(const Eigen::Vector3f&) { return INFINITY; }
+
+Splats splats_of(const std::vector<float>& x, const Vec3d& eye, const std::vector<float>& v = {},
+                 const DistanceToBodies& to_bodies = nothing_near) {
     const Density density = density_at(x);
     Density soft = density;
     soft.rho = smoothed(density.rho);
     return visible_splats({x, v, spacing}, density, soft, halved(halved(density)),
-                          view_of(Camera{eye, {0.2, 0.2, 0.2}, 40}, {}, 1, 0), to_sun, 4);
+                          view_of(Camera{eye, {0.2, 0.2, 0.2}, 40}, {}, 1, 0), to_sun, 4, to_bodies);
 }
 
 double total(const Density& density) {
@@ -146,7 +149,7 @@ TEST_CASE("where particles are small, some of them cover as much as all would", 
         double sum = 0;
         count = 0;
         for (const Splat& s : visible_splats({x, {}, spacing}, density, soft, halved(halved(density)), view,
-                                             to_sun, 4, {least_radius})
+                                             to_sun, 4, nothing_near, {least_radius})
                                   .all)
             if (s.hash != 0.5f) sum += s.radius * s.radius, ++count;  // 0.5: plugs, which are not particles
         return sum;
@@ -160,6 +163,24 @@ TEST_CASE("where particles are small, some of them cover as much as all would", 
     CHECK(some == all);
 }
 
+TEST_CASE("a grain is a crumb where it lies or slides, and powder where it flies, turning round too",
+          "[light]") {
+    const std::vector<float> x = {0.1f, 0.1f, 0.1f};
+    const auto amount = [&](float speed, double height) {  // in the air: 1 and no splat; else a half
+        const Splats splats = splats_of(x, {0.2, 0.2, 2}, {speed, 0, 0}, [&](const auto&) { return height; });
+        REQUIRE(splats.spray.size() == 1);
+        CHECK(splats.all.size() == (splats.spray[0].amount < 0.9f ? 1 : 0));
+        return splats.spray[0].amount;
+    };
+    const float slow = 0.1f * spacing, sliding = 100 * spacing, fast = 1000 * spacing;  // [m/s]
+    for (const double near : {0.0, 1.9 * spacing}) {
+        CHECK(amount(slow, near) == Approx(0.5));
+        CHECK(amount(sliding, near) == Approx(0.5));
+        CHECK(amount(fast, near) == Approx(1));
+    }
+    for (const float speed : {slow, sliding, fast}) CHECK(amount(speed, 5 * spacing) == Approx(1));
+}
+
 TEST_CASE("cells grow by a fifth where there are too many, and a lump stays as firm", "[light]") {
     std::vector<float> x = block(4, 4);
     for (const float far : {-0.5f, 0.5f}) x.insert(x.end(), {far, far, far});
@@ -167,9 +188,10 @@ TEST_CASE("cells grow by a fifth where there are too many, and a lump stays as f
         Density soft = density;
         soft.rho = smoothed(density.rho);
         double radii = 0;
-        for (const Splat& s : visible_splats({x, {}, spacing}, density, soft, halved(halved(density)),
-                                             view_of(Camera{{0, 0, 1}, {0, 0, 0}, 40}, {}, 1, 0), to_sun, 4)
-                                  .all)
+        for (const Splat& s :
+             visible_splats({x, {}, spacing}, density, soft, halved(halved(density)),
+                            view_of(Camera{{0, 0, 1}, {0, 0, 0}, 40}, {}, 1, 0), to_sun, 4, nothing_near)
+                 .all)
             radii += s.radius;
         return radii;
     };
@@ -273,8 +295,7 @@ TEST_CASE("unbroken snow lets next to no ray through, however its particles lie"
         const float x_there = scale * (splat.x - 0.2f), y_there = scale * (splat.y - 0.2f);
         for (int j = 0; j < n; ++j)
             for (int i = 0; i < n; ++i)
-                if (std::hypot(middle(i) - x_there, middle(j) - y_there) < radius)
-                    stopped[j * n + i] = true;
+                if (std::hypot(middle(i) - x_there, middle(j) - y_there) < radius) stopped[j * n + i] = true;
     }
     const auto through = std::count(stopped.begin(), stopped.end(), false);
     CHECK(double(through) / (n * n) < 0.002);  // without plugs 0.012
