@@ -30,6 +30,7 @@ void Renderer::Passes::set_light(const Program& program, const Frame& frame) con
     program.set("to_sun", frame.to_sun);
     program.set("sun_light", frame.light.sun);
     program.set("sky_light", frame.light.sky);
+    program.set("ground", frame.ground);
     program.set("sky_horizon", frame.light.horizon);
     program.set("sky_zenith", frame.light.zenith);
     program.set("spacing", frame.spacing);

@@ -74,6 +74,7 @@ struct Frame {
     ShadowView shadow;
     Eigen::Vector3f to_sun;
     SkyLight light;
+    Eigen::Vector3f ground;                      ///< light that comes back from it, as a share of what snow returns.
     std::vector<SolidGroup> solids;
     std::vector<GlassPlate> glass;
     std::vector<float> nodes;                    ///< of the grid, 3 each [m].

@@ -86,7 +86,26 @@ SolidGroup& group_of(std::vector<SolidGroup>& groups, Look look, const Vector3f&
 
 }  // namespace
 
+/// Where there is no ground, a country of snow. Means of what shaders/look_*.glsl give, over snow's.
+static Vector3f ground_of(const std::vector<Solid>& solids) {
+    for (const Solid& solid : solids) {
+        const Plane* plane = std::get_if<Plane>(&solid.shape.kind());
+        if (!plane || plane->normal.normalized().y() < 0.5) continue;
+        switch (shown_look(solid)) {
+            case Look::ice: return {0.40f, 0.48f, 0.53f};
+            case Look::soil: return {0.15f, 0.11f, 0.08f};
+            case Look::wood: return {0.33f, 0.21f, 0.12f};
+            case Look::tiles: return {0.40f, 0.41f, 0.41f};
+            case Look::concrete: return {0.36f, 0.35f, 0.34f};
+            case Look::metal: return {0.33f, 0.34f, 0.35f};
+            default: break;
+        }
+    }
+    return Vector3f::Ones();
+}
+
 void Renderer::Passes::prepare_solids(Frame& frame, const std::vector<Solid>& solids, double time) {
+    frame.ground = ground_of(solids);
     std::vector<Vertex> all, glass;
     for (const Solid& solid : solids) {
         const Vec3d moved = time * solid.velocity;

@@ -19,6 +19,7 @@ uniform vec3 to_sun;
 uniform vec3 sun_light;            // radiance of a white matt surface that faces the sun
 uniform vec3 sky_light;            // of one that sees all of the sky
 uniform vec3 sky_horizon, sky_zenith;
+uniform vec3 ground;               // light that comes back from it, as a share of what snow returns
 uniform float spacing;             // of particles [m]
 uniform float haze_distance;       // [m]
 uniform float exposure;
@@ -116,10 +117,10 @@ vec3 brightest_sky() { return normalize(to_sun + vec3(0.0, 1.0, 0.0)); }
 
 vec3 sky_by_normal(vec3 normal) { return sky_light * (0.65 + 0.35 * normal.y); }
 
-// Light from the snow-covered country below, a share of which lies in the sun.
+// Light from the country below, a share of which lies in the sun.
 vec3 bounce_by_normal(vec3 normal, float sunlit) {
     const vec3 shaded = vec3(0.88, 1.0, 1.12);  // much of it lies in blue shade
-    return 0.5 * shaded * (sunlit * max(to_sun.y, 0.0) * sun_light + sky_light) * (0.5 - 0.5 * normal.y);
+    return 0.5 * shaded * ground * (sunlit * max(to_sun.y, 0.0) * sun_light + sky_light) * (0.5 - 0.5 * normal.y);
 }
 
 // Film's answer to light: a toe, contrast, and a shoulder that is never quite white.

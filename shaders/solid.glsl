@@ -38,9 +38,9 @@ vec3 cell_at(vec2 at, vec2 size) {
 
 float hash_at(vec2 cell) { return fract(sin(dot(cell, vec2(12.9898, 78.233))) * 43758.547); }
 
-// The sky in a surface that is not quite smooth; what lies below the horizon is bright snow.
+// The sky in a surface that is not quite smooth; what lies below the horizon is the ground.
 vec3 mirrored(vec3 direction, float rough) {
     vec3 up = sky(normalize(direction + vec3(0.0, 0.5 * rough, 0.0)));
     vec3 even = sky_by_normal(direction) + bounce_by_normal(direction, 1.0);
-    return mix(mix(0.8 * even, up, smoothstep(-0.15 * rough - 0.02, 0.15 * rough + 0.02, direction.y)), even, 0.6 * rough);
+    return mix(mix(0.8 * ground * even, up, smoothstep(-0.15 * rough - 0.02, 0.15 * rough + 0.02, direction.y)), even, 0.6 * rough);
 }

@@ -164,6 +164,28 @@ TEST_CASE("spray is drawn along its way while the shutter is open", "[renderer]"
     CHECK(width(fast) <= width(still) + way);
 }
 
+TEST_CASE("a dark ground sends less light up, and of its own colour", "[renderer]") {
+    const auto renderer = renderer_for(small_picture(Quality::preview));
+    if (!renderer) return;
+    const std::vector<float> particles = ball({0, 0.6, 0}, 0.3);
+    const auto below = [&](Look look) {  // mean colour under the ball
+        Solid plane = ground[0];
+        plane.look = look;
+        const Image image =
+            renderer->draw({particles, {}, spacing}, {plane}, Camera{{0, 0.02, 1}, {0, 0.6, 0}, 40}, 0);
+        Vec3d sum = Vec3d::Zero();
+        for (int y = 50; y < 65; ++y)
+            for (int x = 75; x < 85; ++x)
+                for (int c = 0; c < 3; ++c) sum[c] += image.pixels[3 * (160 * y + x) + c] / 150.0;
+        return sum;
+    };
+    const Vec3d snow = below(Look::snow), soil = below(Look::soil), wood = below(Look::wood);
+    CAPTURE(snow, soil, wood);
+    CHECK(soil.y() < 0.93 * snow.y());
+    CHECK(soil.y() < wood.y());
+    CHECK(wood.x() / wood.z() > 1.03 * snow.x() / snow.z());
+}
+
 TEST_CASE("a body's shade takes the sun from powder, too", "[renderer]") {
     std::vector<float> cloud, velocity;
     for (int k = -8; k <= 8; ++k)
