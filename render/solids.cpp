@@ -84,10 +84,8 @@ SolidGroup& group_of(std::vector<SolidGroup>& groups, Look look, const Vector3f&
     return groups.back();
 }
 
-}  // namespace
-
 /// Where there is no ground, a country of snow. Means of what shaders/look_*.glsl give, over snow's.
-static Vector3f ground_of(const std::vector<Solid>& solids) {
+Vector3f ground_of(const std::vector<Solid>& solids) {
     for (const Solid& solid : solids) {
         const Plane* plane = std::get_if<Plane>(&solid.shape.kind());
         if (!plane || plane->normal.normalized().y() < 0.5) continue;
@@ -103,6 +101,8 @@ static Vector3f ground_of(const std::vector<Solid>& solids) {
     }
     return Vector3f::Ones();
 }
+
+}  // namespace
 
 void Renderer::Passes::prepare_solids(Frame& frame, const std::vector<Solid>& solids, double time) {
     frame.ground = ground_of(solids);

@@ -1,10 +1,10 @@
 // Planks; what is round is a log, of one piece, with rings at its ends.
 Matter matter_of(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
-    bool round = axis.w > 0.0, end = cut_across(n);
-    float plank = round ? 1e3 : 0.14;
+    bool whole = axis.w > 0.0, end = cut_across(n);
+    float plank = whole ? 1e3 : 0.14;
     at.y += 0.5 * plank;
-    float row = floor(at.y / plank), shift = round ? 500.0 : 1.9 * hash_at(vec2(row, 3.0));
-    vec3 cell = cell_at(at + vec2(shift, 0.0), vec2(round ? 1e3 : 2.4, plank));
+    float row = floor(at.y / plank), shift = whole ? 500.0 : 1.9 * hash_at(vec2(row, 3.0));
+    vec3 cell = cell_at(at + vec2(shift, 0.0), vec2(whole ? 1e3 : 2.4, plank));
     float own = hash_at(cell.yz);
     vec2 from_pith = at - vec2(0.0, 0.5 * plank) - vec2(dot(axis.xyz, u), dot(axis.xyz, v)) - 0.06 * axis.w;
     vec2 along = end ? from_pith : vec2(0.07, 1.0) * at + vec2(own * 7.0, own * 3.0);

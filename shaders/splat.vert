@@ -30,7 +30,7 @@ void main() {
         r *= grown * min(children + 1.0 - float(gl_InstanceID), 1.0) * (0.20 + 0.42 * h.z * h.z);
         splat_hash = fract(hash + 0.381966 * float(gl_InstanceID));
     } else {
-        r *= 1.0 - 0.25 * grown;
+        r *= 1.0 - 0.25 * grown * min(0.25 * children, 1.0);  // they fill what it leaves
     }
     gl_Position = r > 0.0 ? projection * vec4(at, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
     splat_depth = dot(at - eye, basis[2]);
