@@ -33,7 +33,7 @@ Effort effort_of(Quality quality) {
                     .shadow_taps = 8,
                     .children = 8,
                     .children_from = 3.5f,
-                    .all_children = 30'000,
+                    .all_children = 220'000,
                     .puffs = 0.25f,
                     .grains = 2,
                     .fine_light = false};
