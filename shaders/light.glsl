@@ -126,7 +126,7 @@ vec3 bounce_by_normal(vec3 normal, float sunlit) {
 // Film's answer to light: a toe, contrast, and a shoulder that is never quite white.
 vec3 develop(vec3 light) {
     vec3 x = exposure * max(light, vec3(0.0));
-    return 1.0 - exp(-1.8 * pow(x, vec3(1.25)));
+    return 1.0 - exp(-1.65 * pow(x, vec3(1.32)));
 }
 
 // Of a surface that bright snow stands before.
