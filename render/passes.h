@@ -167,7 +167,8 @@ struct Renderer::Passes {
         grain_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 0}}},
         streak_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 1}}},
         node_program{{"node.vert"}, {"node.frag"}}, lens_program{{"full_screen.vert"}, {"lens.frag"}},
-        add_program{{"full_screen.vert"}, {"add_moment.frag"}}, resolve_program{{"full_screen.vert"}, {"resolve.frag"}, {{"edge", std::max(static_cast<int>(effort.edge), 1)}}};
+        add_program{{"full_screen.vert"}, {"add_moment.frag"}},
+        resolve_program{{"full_screen.vert"}, {"resolve.frag"}, {{"edge", std::max(static_cast<int>(effort.edge), 1)}}};
 };
 
 }  // namespace firn
