@@ -37,11 +37,14 @@ vec3 shadow_position(vec3 position) {
     return vec3(at.xy, min(at.z, 1.0));
 }
 
+// 0 to 1, spread evenly among neighbouring cells [interleaved gradient noise, Jimenez 2014].
+float spread_evenly(vec2 cell) { return fract(52.9829189 * fract(dot(cell, vec2(0.06711056, 0.00583715)))); }
+
 // Turns the taps of a sample. Bound to the place in the shadow map, not in the picture: it rests with the scene. The
 // places are halves of a texel, or wide enough for two samples across: finer ones would flicker when the camera moves.
 vec2 turn_at(vec2 at, float width) {
     vec2 cell = floor(at * 2.0 * vec2(textureSize(shadow_depths, 0)) / exp2(ceil(log2(max(4.0 * width / shadow_texel, 1.0)))));
-    float angle = 6.2832 * fract(52.9829189 * fract(dot(cell, vec2(0.06711056, 0.00583715))));
+    float angle = 6.2832 * spread_evenly(cell);
     return vec2(cos(angle), sin(angle));
 }
 

@@ -13,8 +13,7 @@ struct Matter {
 
 // Is it an end of a cylinder, or the middle of a round one, over whose rim the samples of each go by turns?
 bool cut_across(vec3 n) {
-    float turn = fract(52.9829189 * fract(dot(floor(gl_FragCoord.xy), vec2(0.06711056, 0.00583715))));
-    return axis.w > 0.0 && abs(dot(n, lie[0])) > 0.65 + 0.2 * turn;
+    return axis.w > 0.0 && abs(dot(n, lie[0])) > 0.65 + 0.2 * spread_evenly(floor(gl_FragCoord.xy));
 }
 
 // Slopes along u and v, and height, of noise whose tile is so wide [m]. What is smaller than a sample fades.
