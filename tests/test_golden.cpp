@@ -95,7 +95,7 @@ std::vector<GoldenPicture> golden_pictures() {
                    at_rest({Box{{0, 0.08, 0}, {2.4, 0.16, 1.2}}, Sphere{{-0.35, 0.4, 0.1}, 0.13}}, 0.035),
                    {solid_of(Plane{})},
                    {{-0.9, 0.8, 1.9}, {-0.05, 0.1, 0}, 36}});
-    all.push_back({"drop_near", golden_picture(), fallen, log, {{0.3, 0.3, 0.5}, {0.08, 0.1, 0.05}, 24}});
+    all.push_back({"drop_near", golden_picture(), falling, log, {{0.3, 0.6, 0.5}, {0, 0.5, 0}, 30}});
     GoldenPicture coloured{
         "compression_slice", golden_picture(Quality::preview), falling, {solid_of(Plane{})}, at_log};
     coloured.picture.colour = Colour::compression;
