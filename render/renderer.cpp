@@ -1,7 +1,7 @@
 #include "render/renderer.h"
 
 #include "render/colour_map.h"
-#include "render/doubled.h"
+#include "render/enlarged.h"
 #include "render/gl_limits.h"
 #include "render/passes.h"
 
@@ -12,7 +12,7 @@ namespace firn {
 Effort effort_of(Quality quality) {
     switch (quality) {
         case Quality::draft:
-            return {.edge = 0.5,
+            return {.edge = 0.4,
                     .least_radius = 1.75f,
                     .least_thrower = 2.5f,
                     .shadow_size = 512,
@@ -218,7 +218,7 @@ Image Renderer::Passes::read_back() {
     for (std::size_t y = 0; y < height; ++y)
         for (std::size_t x = 0; x < width; ++x)
             std::copy_n(&rgba[4 * ((height - 1 - y) * width + x)], 3, &image.pixels[3 * (y * width + x)]);
-    return effort.edge < 1 ? doubled(image, picture.width, picture.height) : image;
+    return effort.edge < 1 ? enlarged(image, picture.width, picture.height, effort.edge) : image;
 }
 
 }  // namespace firn

@@ -1,4 +1,5 @@
 #include "render/compare.h"
+#include "render/enlarged.h"
 #include "tests/small_pictures.h"
 
 using namespace firn;
@@ -275,6 +276,33 @@ TEST_CASE("crystals in near snow glint, few of them, and stay when the camera mo
     }
     CAPTURE(stayed, in_both);
     CHECK(stayed > 0.7 * static_cast<double>(in_both));
+}
+
+TEST_CASE("a ramp that is enlarged is the same ramp, level where the samples end", "[renderer]") {
+    constexpr int width = 41, height = 25;
+    for (const double edge : {0.5, 0.4}) {
+        Image samples{int(std::ceil(edge * width)), int(std::ceil(edge * height)), {}};
+        const auto ramp = [&](double x, double y) {  // about the middle [pixels]
+            return std::array{128 + 4 * x, 128 - 7 * y, 128 + 2 * x + 3 * y};
+        };
+        for (int j = 0; j < samples.height; ++j)
+            for (int i = 0; i < samples.width; ++i)
+                for (const double v :
+                     ramp((i + 0.5 - 0.5 * samples.width) / edge, (j + 0.5 - 0.5 * samples.height) / edge))
+                    samples.pixels.push_back(static_cast<std::uint8_t>(std::lround(v)));
+        const Image picture = enlarged(samples, width, height, edge);
+        const double right = (0.5 * samples.width - 0.5) / edge, low = (0.5 * samples.height - 0.5) / edge;
+        REQUIRE(picture.pixels.size() == 3 * width * height);
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
+                const auto expected = ramp(std::clamp(x + 0.5 - 0.5 * width, -right, right),
+                                           std::clamp(y + 0.5 - 0.5 * height, -low, low));
+                // To a half for the samples, another for the picture, and 1/32 of a step between samples along each axis.
+                for (int c = 0; c < 3; ++c)
+                    REQUIRE(std::abs(picture.pixels[3 * (y * width + x) + c] - expected[c]) <
+                            1 + 11 / edge / 32);
+            }
+    }
 }
 
 TEST_CASE("preview is final with less care", "[renderer]") {
