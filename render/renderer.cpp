@@ -19,7 +19,7 @@ Effort effort_of(Quality quality) {
                     .shadow_search = 5,
                     .shadow_taps = 5,
                     .children = 0,
-                    .children_from = 6,
+                    .children_from = 2.5f,
                     .all_children = 0,
                     .puffs = 0.25f,
                     .grains = 1,

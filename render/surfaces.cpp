@@ -96,7 +96,7 @@ void Renderer::Passes::smooth_depth(const Frame& frame) {
         }
         return levels;
     };
-    const int levels = smooth(0, 1.5f * frame.spacing, 3.5f * frame.spacing, -1);
+    const int levels = smooth(0, 1.2f * frame.spacing, 3.5f * frame.spacing, -1);
     fine = from;
     smooth(std::max(levels - 1, 1), 3.2f * frame.spacing, 6.0f * frame.spacing,
            static_cast<int>(fine - smooth_depths));

@@ -4,6 +4,7 @@ uniform sampler2D raw_depths;
 uniform sampler2D surface;         // grain's normal
 uniform sampler3D snow_outward;    // −∇ρ over two cells; ρ in alpha
 
+uniform float edge;                // samples along a pixel's edge
 uniform bool coloured;             // by a colour map
 uniform sampler2D values;          // 0 to 1
 uniform sampler2D palette;
@@ -15,7 +16,8 @@ const vec3 deep = vec3(0.86, 1.0, 1.16);  // colour of light that has been insid
 const float wrap = 0.16;           // how far sunlight reaches around the edge of shade, as a cosine
 const float scattering = 0.20;     // share of the sun that was inside before it comes out
 
-// From smoothed depth: the smaller of the two differences along each axis, which does not cross an edge.
+// From smoothed depth: the smaller of the two differences along each axis, which does not cross an edge. Shorter than 1
+// where it is steep: one sample beside an edge on either side tells little.
 vec3 normal_of_depth(sampler2D map, ivec2 at, float depth) {
     ivec2 last = ivec2(samples) - 1;
     float left = depth - texelFetch(map, max(at - ivec2(1, 0), ivec2(0)), 0).r;
@@ -27,7 +29,8 @@ vec3 normal_of_depth(sampler2D map, ivec2 at, float depth) {
     vec3 ray = vec3((vec2(at) + 0.5 - 0.5 * samples) * sample_tan, 1.0);
     vec3 along_x = slope.x * ray + vec3(depth * sample_tan, 0.0, 0.0);
     vec3 along_y = slope.y * ray + vec3(0.0, depth * sample_tan, 0.0);
-    return basis * normalize(cross(along_y, along_x));
+    float steep = dot(slope, slope) / (16.0 * depth * depth * sample_tan * sample_tan);
+    return basis * normalize(cross(along_y, along_x)) / (1.0 + steep * steep);
 }
 
 vec3 hash_of(vec3 cell) {
@@ -54,14 +57,18 @@ void main() {
     vec4 grain_at = texelFetch(surface, at, 0);
     vec3 grain = normalize(grain_at.xyz * 2.0 - 1.0);
     vec4 outward = texture(snow_outward, (position - volume_origin) / volume_size);
-    // Where a sample is wide, grain is finer than it.
-    float grain_share = 0.30 * clamp(1.5 - 0.5 * depth * sample_tan / spacing, 0.3, 1.0);
-    vec3 normal = normalize(mix(normal_of_depth(depths, at, depth), grain, grain_share) + 1.0 * outward.xyz);
+    // Where a sample is wide, grain is finer than it; a particle wider than a few pixels is no grain, but has some.
+    float across = spacing / (depth * sample_tan), wide_enough = smoothstep(1.5, 3.5, across / edge);
+    float grain_share = 0.30 * clamp(1.5 - 0.5 / across, 0.3, 1.0);
+    vec3 smooth_normal = normal_of_depth(depths, at, depth);
+    float sure = length(smooth_normal);
+    grain = mix(grain, normalize(smooth_normal + sure * (grain + basis[2])), wide_enough);
+    vec3 normal = normalize(mix(smooth_normal, sure * grain, grain_share) + outward.xyz);
 
     // Pits of the grain and hollows between lumps see less of the light.
     float raw = texelFetch(raw_depths, at, 0).r, wide = texelFetch(wide_depths, at, 0).r;
     float pit = clamp((raw - depth) / spacing, -0.6, 0.8), hollow = clamp((depth - wide) / (3.0 * spacing), -0.7, 0.9);
-    float near = clamp(5.0 * depth * sample_tan / spacing, 0.15, 1.0);  // a lump of its own shows no pits
+    float near = clamp(1.5 * edge / across, 0.1, 1.0);  // a lump of its own shows no pits
     float loose = 1.0 - smoothstep(0.12, 0.42, outward.a);  // light finds its way between grains, and through what is thin
     float open = clamp(1.0 - (1.0 - 0.4 * loose) * (0.30 * near * pit + 0.45 * hollow), 0.35, 1.25);
 
@@ -84,6 +91,6 @@ void main() {
         out_light = vec4(pow(own, vec3(2.2)) * mix(0.55, 1.0, smoothstep(0.0, 1.2, shade)), 1.0);
         return;
     }
-    float sparkle = glint(position, normal_of_depth(depths, at, depth), normalize(to_sun - normalize(ray)), depth * sample_tan);
+    float sparkle = glint(position, smooth_normal / sure, normalize(to_sun - normalize(ray)), depth * sample_tan);
     out_light = vec4(seen_through_air(albedo * (sun + around) + 5.0 * sparkle * direct * sun_light, depth, ray), 1.0);
 }

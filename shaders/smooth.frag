@@ -7,23 +7,25 @@ uniform float range;       // [m]
 
 layout(location = 0) out float out_depth;
 
-const ivec2 neighbours[8] = ivec2[](ivec2(1, 0), ivec2(-1, 0), ivec2(0, 1), ivec2(0, -1), ivec2(1, 1),
-                                    ivec2(-1, 1), ivec2(1, -1), ivec2(-1, -1));
+const ivec2 pairs[4] = ivec2[](ivec2(1, 0), ivec2(0, 1), ivec2(1, 1), ivec2(-1, 1));
+
+float depth_at(ivec2 at) { return texelFetch(depths, clamp(at, ivec2(0), ivec2(samples) - 1), 0).r; }
 
 void main() {
-    ivec2 at = ivec2(gl_FragCoord.xy), last = ivec2(samples) - 1;
+    ivec2 at = ivec2(gl_FragCoord.xy);
     float depth = texelFetch(depths, at, 0).r;
     // A level adds a variance of stride²/2; those before it have added (stride² − 1)/6.
     float wanted = deviation / (max(depth, near_depth) * sample_tan), level = float(stride * stride);
     float share = clamp((wanted * wanted - (level - 1.0) / 6.0) / (0.5 * level), 0.0, 1.0);
     float sum = depth, weights = 1.0;
-    int count = share > 0.0 ? 8 : 0;
+    int count = share > 0.0 ? 4 : 0;
     for (int i = 0; i < count; ++i) {
-        float neighbour = texelFetch(depths, clamp(at + stride * neighbours[i], ivec2(0), last), 0).r;
-        float gap = (neighbour - depth) / range;
-        float weight = share * (i < 4 ? 0.5 : 0.25) * max(1.0 - gap * gap, 0.0);
-        sum += weight * neighbour;
-        weights += weight;
+        vec2 pair = vec2(depth_at(at + stride * pairs[i]), depth_at(at - stride * pairs[i])), gaps = (pair - depth) / range;
+        float bend = 0.5 * (gaps.x + gaps.y);
+        vec2 weight = max(1.0 - gaps * gaps, max(1.0 - bend * bend, 0.0) * (1.0 - gaps * gaps / 12.0));
+        weight = share * (i < 2 ? 0.5 : 0.25) * max(weight, 0.0);
+        sum += dot(weight, pair);
+        weights += weight.x + weight.y;
     }
     out_depth = sum / weights;
 }

@@ -8,6 +8,7 @@ flat in float splat_value;
 flat in float splat_size;
 flat in vec4 splat_bend;
 flat in vec3 splat_lean;
+flat in float splat_face;
 
 layout(location = 0) out float out_depth;
 layout(location = 1) out vec4 out_surface;
@@ -18,11 +19,10 @@ void main() {
     float height = dot(splat_bend.zw, vec2(d.x * d.x - d.y * d.y, 2.0 * d.x * d.y));
     vec2 tilt = splat_bend.x * d + splat_bend.y * d.yx * vec2(1.0, -1.0);
     if (faces == 1) {  // a constant
-        float share = smoothstep(12.0, 24.0, splat_size), steep = 0.55 - 0.3 * clamp(8.0 / splat_size, 0.15, 1.0);
         float level = log2(max(0.22 * float(textureSize(relief, 0).x) / splat_size, 1.0));
         vec3 uneven = textureLod(relief, 0.11 * d + fract(splat_hash * vec2(37.7, 311.3)), level).xyz * 6.0 - 3.0;
-        tilt -= share * steep * uneven.xy;
-        height += share * uneven.z;
+        tilt -= 0.55 * splat_face * uneven.xy;
+        height += splat_face * uneven.z;
     }
     float towards = 1.0 - dot(d, d) * (1.15 + 0.30 * height);
     if (towards < 0.0) discard;

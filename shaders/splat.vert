@@ -15,6 +15,7 @@ flat out float splat_value;
 flat out float splat_size;    // [samples]
 flat out vec4 splat_bend;     // how its face turns with the place on it, and how its outline bends
 flat out vec3 splat_lean;
+flat out float splat_face;    // 0 to 1
 
 void main() {
     vec3 at = center;
@@ -41,9 +42,10 @@ void main() {
     splat_value = value;
     // A small one is bent, each its own way; a wide one has a face, into which that grows. A grain is no ball: each leans
     // its own way, too.
-    vec4 bend = 4.0 * fract(splat_hash * vec4(37.7, 311.3, 733.1, 171.9)) - 2.0;
-    if (faces == 1) bend *= 1.0 - smoothstep(12.0, 24.0, splat_size);
+    splat_face = faces == 1 ? smoothstep(2.0 * grown_from, 3.0 * grown_from, splat_size) : 0.0;
+    vec4 bend = (1.0 - splat_face) * (4.0 * fract(splat_hash * vec4(37.7, 311.3, 733.1, 171.9)) - 2.0);
     float narrow = clamp(8.0 / splat_size, 0.15, 1.0), steep = 0.55 - 0.3 * narrow;
     splat_bend = vec4(narrow - steep * bend.x, steep * bend.y, bend.zw);
-    splat_lean = 0.6 * narrow * (2.0 * fract(splat_hash * vec3(17.31, 131.7, 1093.3)) - 1.0);
+    splat_bend.xy *= 1.0 - 0.7 * splat_face;
+    splat_lean = (0.6 - 0.36 * splat_face) * narrow * (2.0 * fract(splat_hash * vec3(17.31, 131.7, 1093.3)) - 1.0);
 }
