@@ -90,7 +90,7 @@ Vector3f ground_of(const std::vector<Solid>& solids) {
         const Plane* plane = std::get_if<Plane>(&solid.shape.kind());
         if (!plane || plane->normal.normalized().y() < 0.5) continue;
         switch (shown_look(solid)) {
-            case Look::ice: return {0.40f, 0.48f, 0.53f};
+            case Look::ice: return {0.25f, 0.30f, 0.33f};
             case Look::soil: return {0.15f, 0.11f, 0.08f};
             case Look::wood: return {0.33f, 0.21f, 0.12f};
             case Look::tiles: return {0.40f, 0.41f, 0.41f};

@@ -1,10 +1,13 @@
+// Dark where it is bare, and snow that the wind has left in patches.
 Matter matter_of(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
     vec3 broad = noise_at(mat2(0.6, -0.8, 0.8, 0.6) * at, 5.3, width), fine = noise_at(mat2(0.8, 0.6, -0.6, 0.8) * at, 0.5, width);
-    float crack = smoothstep(0.05 + 4.0 * width, 0.0, abs(noise_at(at + 0.03 * fine.xy, 2.9, width).z)) +
-                  0.6 * smoothstep(0.03 + 8.0 * width, 0.0, abs(noise_at(at.yx + 0.02 * fine.xy, 1.1, width).z));
-    float frost = smoothstep(-1.2, 2.2, broad.z + 0.6 * fine.z);
-    vec3 colour = mix(vec3(0.155, 0.235, 0.275), vec3(0.60, 0.68, 0.73), 0.75 * frost);
-    colour = mix(colour, vec3(0.80, 0.86, 0.90), 0.6 * min(crack, 1.0));
-    vec2 slope = 0.004 * broad.xy + 0.006 * fine.xy;
-    return Matter(colour, normalize(n - slope.x * u - slope.y * v), mix(0.05, 0.015, frost), 0.25 + 0.5 * frost);
+    vec3 grain = noise_at(mat2(0.96, 0.28, -0.28, 0.96) * at, 0.11, width);
+    float crack = smoothstep(0.03 + 4.0 * width, 0.0, abs(noise_at(at + 0.03 * fine.xy, 2.9, width).z)) +
+                  0.6 * smoothstep(0.02 + 8.0 * width, 0.0, abs(noise_at(at.yx + 0.02 * fine.xy, 1.1, width).z));
+    float blown = 0.9 * broad.z + 0.45 * fine.z + 0.3 * grain.z;
+    float frost = smoothstep(0.5, 1.6, blown), dust = 0.10 * smoothstep(-1.5, 1.0, blown);
+    vec3 colour = mix(vec3(0.050, 0.094, 0.115), vec3(0.30, 0.38, 0.42), 0.6 * min(crack, 1.0));
+    colour = mix(colour, vec3(0.78, 0.81, 0.84), max(frost, dust));
+    vec2 slope = 0.003 * broad.xy + 0.004 * fine.xy + frost * (0.05 * fine.xy + 0.06 * grain.xy);
+    return Matter(colour, normalize(n - slope.x * u - slope.y * v), mix(0.05, 0.0, frost), 0.15 + 0.7 * frost);
 }

@@ -1,6 +1,7 @@
 // What grounds and bodies are made of, without pictures: from one tile of noise at several sizes. Each look has a
 // shader of its own, since software that draws takes every branch.
 uniform sampler2D relief;          // slopes and height, in standard deviations
+uniform sampler3D snow_outward;    // −∇ρ over two cells; ρ in alpha
 uniform mat3 lie;                  // columns: along the body, up, and across
 uniform vec4 axis;                 // of what is round about its length: a point on it, radius; 0 of what is flat [m]
 
@@ -37,8 +38,28 @@ vec3 cell_at(vec2 at, vec2 size) {
 
 float hash_at(vec2 cell) { return fract(sin(dot(cell, vec2(12.9898, 78.233))) * 43758.547); }
 
+// Snow that stands in the way from a mirror: its light, and in alpha what it leaves of what is behind.
+vec4 mirrored_snow(vec3 from, vec3 way) {
+    const int most = 12;
+    vec3 a = (volume_origin - from) / way, b = a + volume_size / way, low = min(a, b), high = max(a, b);
+    float begin = max(max(low.x, max(low.y, low.z)), 2.0 * spacing), end = min(high.x, min(high.y, high.z));
+    float stride = (end - begin) / float(most);
+    vec3 pace = stride * way / volume_size;
+    vec3 at = (from + begin * way - volume_origin) / volume_size + spread_evenly(floor(gl_FragCoord.xy)) * pace;
+    vec4 result = vec4(0.0, 0.0, 0.0, 1.0);
+    int steps = end > begin ? most : 0;
+    for (int i = 0; i < steps; ++i, at += pace) {
+        vec4 outward = texture(snow_outward, at), light = texture(snow_light, at - 0.6 * pace);  // just before
+        vec3 normal = outward.xyz / max(length(outward.xyz), 1e-4);
+        float hidden = clamp(1.5 * outward.a * min(stride / spacing, 4.0), 0.0, 1.0);
+        vec3 colour = sun_light * light.rgb * (0.3 + 0.7 * max(dot(normal, to_sun), 0.0)) + open_sky(light.a) * sky_by_normal(normal);
+        result += result.a * hidden * vec4(colour, -1.0);
+    }
+    return result;
+}
+
 // The sky in a surface that is not quite smooth; what lies below the horizon is the ground.
-vec3 mirrored(vec3 direction, float rough) {
+vec3 mirrored_country(vec3 direction, float rough) {
     vec3 up = sky(normalize(direction + vec3(0.0, 0.5 * rough, 0.0)));
     vec3 even = sky_by_normal(direction) + bounce_by_normal(direction, 1.0);
     return mix(mix(0.8 * ground * even, up, smoothstep(-0.15 * rough - 0.02, 0.15 * rough + 0.02, direction.y)), even, 0.6 * rough);
