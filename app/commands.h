@@ -46,7 +46,8 @@ struct StudyOptions {
 };
 
 struct BenchOptions {
-    double particles = 4e5;
+    double particles = 0;           ///< 0: 400 000, of pictures 10⁶.
+    bool pictures = false;          ///< measure them instead of steps.
     int rounds = 5;
     std::string yardstick;          ///< a program to compare with, run in turns; empty: none.
 };
@@ -58,6 +59,7 @@ int check_command(const std::vector<std::string>& scenes, const Overrides&);
 int compare_command(const CompareOptions&);
 int study_command(const StudyOptions&);
 int bench_command(const BenchOptions&);
+int bench_pictures(const BenchOptions&);
 int scenes_command(const std::string& name, bool schema);
 
 }  // namespace firn

@@ -141,14 +141,16 @@ static void add_study(CLI::App& app, CommandLine& line) {
 }
 
 static void add_bench(CLI::App& app, CommandLine& line) {
-    auto& bench = *app.add_subcommand("bench", "Measure how fast a step is on this machine");
-    bench.add_option("--particles", line.bench.particles, "Of the ball that hits a wall (default: 400000)")
+    auto& bench = *app.add_subcommand("bench", "Measure how fast a step or a picture is on this machine");
+    bench.add_option("--particles", line.bench.particles, "Of the ball that hits a wall (default: 400000, with --pictures 1000000)")
         ->check(CLI::Range(1000.0, 1e8))->option_text("N");
     bench.add_option("--rounds", line.bench.rounds, "How often all is measured in turn (default: 5)")
         ->check(CLI::Range(1, 1000))->option_text("N");
     bench.add_option("--yardstick", line.bench.yardstick,
                      "Run as PROGRAM PARTICLES STEPS in each round, for a ratio; it prints its \"N ns per particle-step\"")
         ->option_text("PROGRAM");
+    bench.add_flag("--pictures", line.bench.pictures, "Measure pictures of a ball and of a broken heap in all qualities instead")
+        ->excludes("--yardstick");
     bench.add_option("--threads", line.threads, "Threads of the parallel cases (default: all)")
         ->check(CLI::Range(1, 1024))->option_text("N");
 }
@@ -177,7 +179,10 @@ static int dispatch(const CLI::App& app, CommandLine& line) {
         if (line.study.axes.empty()) line.study.axes = axis_names();
         return study_command(line.study);
     }
-    if (app.got_subcommand("bench")) return bench_command(line.bench);
+    if (app.got_subcommand("bench")) {
+        if (line.bench.particles == 0) line.bench.particles = line.bench.pictures ? 1e6 : 4e5;
+        return line.bench.pictures ? bench_pictures(line.bench) : bench_command(line.bench);
+    }
     if (app.got_subcommand("scenes")) return scenes_command(line.scene_name, line.schema);
     if (app.got_subcommand("render")) return render_command(line.run);
     if (app.got_subcommand("simulate")) {

@@ -8,8 +8,9 @@
 #include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
-
 #include <unistd.h>
+
+#include <regex>
 
 using Catch::Contains;
 
@@ -51,6 +52,7 @@ TEST_CASE("Help and version are results, wrong usage is not", "[program]") {
                                                       {"compare", "a", "b", "--tolerance", "-1"},
                                                       {"scenes", "no_such"},
                                                       {"bench", "--rounds", "0"},
+                                                      {"bench", "--pictures", "--yardstick", "true"},
                                                       {"bench", "--particles", "1000", "--rounds", "1", "--yardstick", "true"},
                                                       {"simulate", "a", "--video", "a.mp4"}};
     for (const auto& arguments : wrong) {
@@ -74,6 +76,25 @@ TEST_CASE("bench measures every case, and compares with another program", "[prog
                              "the yardstick: 500 ns", "APIC / FLIP"})
         CHECK_THAT(bench.out, Contains(name));
     CHECK_THAT(bench.out, !Contains("nan") && !Contains("inf"));
+}
+
+TEST_CASE("bench measures pictures in every quality", "[program]") {
+    const Outcome bench = run_firn({"bench", "--pictures", "--particles", "1000", "--rounds", "1"});
+    if (bench.code == 5) {
+        WARN("skipped, as there is no OpenGL here");
+        return;
+    }
+    CHECK(bench.code == 0);
+    CHECK(bench.err == "");
+    const std::regex row("(ball|broken heap) +(draft|preview|final) +([0-9.]+) +([0-9.]+) +([0-9.]+)");
+    int rows = 0;
+    for (std::sregex_iterator it(bench.out.begin(), bench.out.end(), row), end; it != end; ++it, ++rows) {
+        CAPTURE(it->str());
+        CHECK(std::stod((*it)[3]) > 0);
+        CHECK(std::stod((*it)[4]) >= std::stod((*it)[3]));
+        CHECK(std::stod((*it)[5]) > 0);
+    }
+    CHECK(rows == 6);
 }
 
 TEST_CASE("The scenes that come with the program are listed and printed as they are", "[program]") {
