@@ -41,6 +41,7 @@ void Renderer::Passes::set_light(const Program& program, const Frame& frame) con
 void Renderer::Passes::set_bodies(const Program& program, const BodyDistances& bodies) const {
     program.set("body_a[0]", bodies.a);
     program.set("body_b[0]", bodies.b);
+    program.set("body_colour[0]", bodies.colour);
     program.set("body_reach", bodies.reach);
 }
 

@@ -57,7 +57,7 @@ struct GlassPlate {
 
 /// Distances to bodies, as shaders/bodies.glsl wants them.
 struct BodyDistances {
-    std::vector<Eigen::Vector4f> a, b;
+    std::vector<Eigen::Vector4f> a, b, colour;
     int boxes = 0, capsules = 0, cylinders = 0, planes = 0;  ///< in this order
     float reach;                     ///< over which they hide the sky [m]
 };

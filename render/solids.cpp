@@ -19,12 +19,26 @@ namespace {
 
 Vector4f with(const Vec3d& x, double w) { return {float(x.x()), float(x.y()), float(x.z()), float(w)}; }
 
+/// Of what shaders/look_*.glsl give, over snow's.
+Vector3f mean_colour(Look look) {
+    switch (look) {
+        case Look::ice: return {0.25f, 0.30f, 0.33f};
+        case Look::soil: return {0.15f, 0.11f, 0.08f};
+        case Look::wood: return {0.33f, 0.21f, 0.12f};
+        case Look::tiles: return {0.40f, 0.41f, 0.41f};
+        case Look::concrete: return {0.36f, 0.35f, 0.34f};
+        case Look::metal: return {0.33f, 0.34f, 0.35f};
+        default: return Vector3f::Ones();
+    }
+}
+
 /// Adds what the shape is for shaders/bodies.glsl, behind those of its kind; a sphere is a capsule of no length.
-void add_distance(BodyDistances& bodies, const Shape& shape, const Vec3d& moved) {
+void add_distance(BodyDistances& bodies, const Shape& shape, const Vec3d& moved, const Vector3f& colour) {
     if (bodies.a.size() == 16) return;
     const auto add = [&](int& count, int after, const Vec3d& a, const Vec3d& b, double w) {
         bodies.a.insert(bodies.a.begin() + after, with(a + moved, 0));
         bodies.b.insert(bodies.b.begin() + after, with(b, w));
+        bodies.colour.insert(bodies.colour.begin() + after, with(colour.cast<double>(), 0));
         ++count;
     };
     const int boxes = bodies.boxes, capsules = boxes + bodies.capsules,
@@ -84,20 +98,11 @@ SolidGroup& group_of(std::vector<SolidGroup>& groups, Look look, const Vector3f&
     return groups.back();
 }
 
-/// Where there is no ground, a country of snow. Means of what shaders/look_*.glsl give, over snow's.
+/// Where there is no ground, a country of snow.
 Vector3f ground_of(const std::vector<Solid>& solids) {
     for (const Solid& solid : solids) {
         const Plane* plane = std::get_if<Plane>(&solid.shape.kind());
-        if (!plane || plane->normal.normalized().y() < 0.5) continue;
-        switch (shown_look(solid)) {
-            case Look::ice: return {0.25f, 0.30f, 0.33f};
-            case Look::soil: return {0.15f, 0.11f, 0.08f};
-            case Look::wood: return {0.33f, 0.21f, 0.12f};
-            case Look::tiles: return {0.40f, 0.41f, 0.41f};
-            case Look::concrete: return {0.36f, 0.35f, 0.34f};
-            case Look::metal: return {0.33f, 0.34f, 0.35f};
-            default: break;
-        }
+        if (plane && plane->normal.normalized().y() >= 0.5) return mean_colour(shown_look(solid));
     }
     return Vector3f::Ones();
 }
@@ -121,7 +126,7 @@ void Renderer::Passes::prepare_solids(Frame& frame, const std::vector<Solid>& so
         if (const Plane* plane = std::get_if<Plane>(&solid.shape.kind()))
             group.planes.push_back({plane->point + moved, plane->normal.normalized()});
         group.triangles.insert(group.triangles.end(), mine.begin(), mine.end());
-        add_distance(frame.bodies, solid.shape, moved);
+        add_distance(frame.bodies, solid.shape, moved, 0.92f * mean_colour(shown_look(solid)));
     }
     for (SolidGroup& group : frame.solids) {
         group.first = static_cast<GLint>(all.size());

@@ -2,27 +2,38 @@
 // capsules, cylinders and planes, are constants: software that draws is slow at uniforms whose place is calculated.
 uniform vec4 body_a[16];  // box: centre;  capsule, cylinder: one end;  plane: point
 uniform vec4 body_b[16];  // box: half edges;  capsule, cylinder: other end, radius;  plane: normal
+uniform vec4 body_colour[16];
 uniform float body_reach; // [m]
 
-float distance_to_bodies(vec3 position) {
-    float nearest = 1e9;
+// Colour of the nearest that is no plane, and the distance to it.
+vec4 nearest_body(vec3 position) {
+    vec4 nearest = vec4(0.0, 0.0, 0.0, 1e9);
     int i = 0;
     for (int end = boxes; i < end; ++i) {
         vec3 q = abs(position - body_a[i].xyz) - body_b[i].xyz;
-        nearest = min(nearest, length(max(q, 0.0)) + min(max(q.x, max(q.y, q.z)), 0.0));
+        float d = length(max(q, 0.0)) + min(max(q.x, max(q.y, q.z)), 0.0);
+        if (d < nearest.w) nearest = vec4(body_colour[i].rgb, d);
     }
     for (int end = i + capsules; i < end; ++i) {
         vec3 d = position - body_a[i].xyz, axis = body_b[i].xyz - body_a[i].xyz;
         float along = clamp(dot(d, axis) / max(dot(axis, axis), 1e-12), 0.0, 1.0);
-        nearest = min(nearest, length(d - along * axis) - body_b[i].w);
+        float away = length(d - along * axis) - body_b[i].w;
+        if (away < nearest.w) nearest = vec4(body_colour[i].rgb, away);
     }
     for (int end = i + cylinders; i < end; ++i) {
         vec3 d = position - body_a[i].xyz, axis = body_b[i].xyz - body_a[i].xyz;
         float length_squared = max(dot(axis, axis), 1e-12), along = dot(d, axis) / length_squared;
         vec2 q = vec2(length(d - along * axis) - body_b[i].w, (abs(along - 0.5) - 0.5) * sqrt(length_squared));
-        nearest = min(nearest, length(max(q, 0.0)) + min(max(q.x, q.y), 0.0));
+        float away = length(max(q, 0.0)) + min(max(q.x, q.y), 0.0);
+        if (away < nearest.w) nearest = vec4(body_colour[i].rgb, away);
     }
-    for (int end = i + planes; i < end; ++i)
+    return nearest;
+}
+
+float distance_to_bodies(vec3 position) {
+    float nearest = nearest_body(position).w;
+    int first = boxes + capsules + cylinders;
+    for (int i = first; i < first + planes; ++i)
         nearest = min(nearest, dot(position - body_a[i].xyz, body_b[i].xyz));
     return nearest;
 }

@@ -42,9 +42,9 @@ void main() {
         float fresnel = m.mirror + (1.0 - m.mirror) * pow(1.0 - max(dot(-towards, m.normal), 0.0), 5.0) * (1.0 - m.rough);
         float sharp = 2.0 / (m.rough * m.rough * m.rough * m.rough + 1e-3);
         float gloss = (sharp + 2.0) / 8.0 * pow(max(dot(half_way, m.normal), 0.0), sharp);
-        vec4 snow = mirrored_snow(position, mirror_way);
-        colour = colour * (1.0 - fresnel) + fresnel * (snow.rgb + snow.a * open * mirrored_country(mirror_way, m.rough) +
-                                                       min(gloss, 12.0) * direct * sun_light);
+        vec4 body = mirrored_body(position, mirror_way), snow = mirrored_snow(position, mirror_way, body.w);
+        vec3 behind = body.w < 1e9 ? body.rgb : open * mirrored_country(mirror_way, m.rough);
+        colour = colour * (1.0 - fresnel) + fresnel * (snow.rgb + snow.a * behind + min(gloss, 12.0) * direct * sun_light);
     }
     out_light = vec4(seen_through_air(colour, depth, ray), 1.0);
 }

@@ -38,11 +38,33 @@ vec3 cell_at(vec2 at, vec2 size) {
 
 float hash_at(vec2 cell) { return fract(sin(dot(cell, vec2(12.9898, 78.233))) * 43758.547); }
 
-// Snow that stands in the way from a mirror: its light, and in alpha what it leaves of what is behind.
-vec4 mirrored_snow(vec3 from, vec3 way) {
+// A body that stands in the way from a mirror, of one colour: its light, and how far it is. Planes are not looked for.
+vec4 mirrored_body(vec3 from, vec3 way) {
+    float along = 4.0 * shadow_texel;
+    vec4 nearest = vec4(1e9);
+    int steps = boxes + capsules + cylinders > 0 ? 16 : 0;
+    for (int i = 0; i < steps; ++i) {
+        nearest = nearest_body(from + along * way);
+        along += nearest.w;
+    }
+    int found = nearest.w < 0.02 * along ? 1 : 0;
+    vec4 result = vec4(0.0, 0.0, 0.0, 1e9);
+    for (int once = 0; once < found; ++once) {
+        vec3 at = from + along * way;
+        vec2 step = vec2(0.01 * along, 0.0);
+        vec3 normal = normalize(vec3(nearest_body(at + step.xyy).w, nearest_body(at + step.yxy).w, nearest_body(at + step.yyx).w) -
+                                nearest_body(at).w + vec3(0.0, 1e-6, 0.0));
+        float direct = max(dot(normal, to_sun), 0.0) * texture(shadow_all, shadow_position(at + 4.0 * shadow_texel * normal));
+        result = vec4(nearest.rgb * (direct * sun_light + sky_by_normal(normal) + bounce_by_normal(normal, 1.0)), along);
+    }
+    return result;
+}
+
+// Snow in the same way, as far as `reach`: its light, and in alpha what it leaves of what is behind.
+vec4 mirrored_snow(vec3 from, vec3 way, float reach) {
     const int most = 12;
     vec3 a = (volume_origin - from) / way, b = a + volume_size / way, low = min(a, b), high = max(a, b);
-    float begin = max(max(low.x, max(low.y, low.z)), 2.0 * spacing), end = min(high.x, min(high.y, high.z));
+    float begin = max(max(low.x, max(low.y, low.z)), 2.0 * spacing), end = min(min(high.x, reach), min(high.y, high.z));
     float stride = (end - begin) / float(most);
     vec3 pace = stride * way / volume_size;
     vec3 at = (from + begin * way - volume_origin) / volume_size + spread_evenly(floor(gl_FragCoord.xy)) * pace;

@@ -130,30 +130,36 @@ TEST_CASE("each look is drawn, and none like another", "[renderer]") {
     }
 }
 
-TEST_CASE("metal mirrors the snow over it, right way down, and soil does not", "[renderer]") {
+TEST_CASE("metal mirrors snow and bodies over it, right way down, and soil does not", "[renderer]") {
     Picture picture = small_picture(Quality::preview);
     picture.sun_azimuth = 90;  // from the side: shade falls past what is mirrored
     const auto renderer = renderer_for(picture);
     if (!renderer) return;
     const Camera level{{0, 0.5, 2.4}, {0, 0.5, 0}, 40};
-    const ParticleView none{{}, {}, spacing};
     const Vec3d center(0, 0.25, 0);
     const std::vector<float> particles = ball(center, 0.12);
-    for (const Look look : {Look::metal, Look::soil}) {
-        std::vector<Solid> floor = ground;
-        floor.front().look = look;
-        const Image without = renderer->draw(none, floor, level, 0),
-                    with = renderer->draw({particles, {}, spacing}, floor, level, 0);
-        const auto gain_at = [&](double height) {
-            const auto [x, y] = pixel_of({0, height, 0}, level, with);
-            return brightness(with, int(x), int(y)) - brightness(without, int(x), int(y));
-        };
-        CAPTURE(int(look), gain_at(-0.25), gain_at(-0.16), gain_at(-0.08));
-        const double least = 10;
-        CHECK((gain_at(-0.25) > least) == (look == Look::metal));
-        CHECK((gain_at(-0.16) > least) == (look == Look::metal));
-        CHECK(gain_at(-0.08) < least);  // between the ball and its picture
-    }
+    const ParticleView none{{}, {}, spacing}, snow{particles, {}, spacing};
+    for (const Look look : {Look::metal, Look::soil})
+        for (const bool body : {false, true}) {
+            std::vector<Solid> floor = ground;
+            floor.front().look = look;
+            const Image without = renderer->draw(none, floor, level, 0);
+            if (body) floor.push_back({Sphere{center, 0.12}});
+            const Image with = renderer->draw(body ? none : snow, floor, level, 0);
+            const auto change_at = [&](double height) {
+                const auto [x, y] = pixel_of({0, height, 0}, level, with);
+                const std::size_t first = 3 * (std::size_t(y) * with.width + std::size_t(x));
+                double sum = 0;
+                for (std::size_t c = first; c < first + 3; ++c)
+                    sum += std::abs(with.pixels[c] - without.pixels[c]) / 3.0;
+                return sum;
+            };
+            CAPTURE(int(look), body, change_at(-0.25), change_at(-0.18), change_at(-0.08));
+            const double least = 10;
+            CHECK((change_at(-0.25) > least) == (look == Look::metal));
+            CHECK((change_at(-0.18) > least) == (look == Look::metal));
+            CHECK(change_at(-0.08) < least);  // between what is mirrored and its picture
+        }
 }
 
 TEST_CASE("a pattern goes around what is round, as wide as on what is flat", "[renderer]") {
