@@ -57,6 +57,7 @@ void Renderer::Passes::draw_surfaces(const Frame& frame) {
         set_view(*program, frame.view);
         program->set("relief", unit_relief);
         program->set("children", children);
+        program->set("edge", static_cast<float>(effort.edge));
         program->set("grown_from", effort.children_from);
         program->set("grown_to", 2 * effort.children_from);
         if (program == &splat_program)

@@ -58,7 +58,7 @@ void main() {
     vec3 grain = normalize(grain_at.xyz * 2.0 - 1.0);
     vec4 outward = texture(snow_outward, (position - volume_origin) / volume_size);
     // Where a sample is wide, grain is finer than it; a particle wider than a few pixels is no grain, but has some.
-    float across = spacing / (depth * sample_tan), wide_enough = smoothstep(1.5, 3.5, across / edge);
+    float across = spacing / (depth * sample_tan), wide_enough = smoothstep(2.0, 5.0, across / edge);
     float grain_share = 0.30 * clamp(1.5 - 0.5 / across, 0.3, 1.0);
     vec3 smooth_normal = normal_of_depth(depths, at, depth);
     float sure = length(smooth_normal);
@@ -68,7 +68,7 @@ void main() {
     // Pits of the grain and hollows between lumps see less of the light.
     float raw = texelFetch(raw_depths, at, 0).r, wide = texelFetch(wide_depths, at, 0).r;
     float pit = clamp((raw - depth) / spacing, -0.6, 0.8), hollow = clamp((depth - wide) / (3.0 * spacing), -0.7, 0.9);
-    float near = clamp(1.5 * edge / across, 0.1, 1.0);  // a lump of its own shows no pits
+    float near = clamp(2.2 * edge / across, 0.1, 1.0);  // a lump of its own shows no pits
     float loose = 1.0 - smoothstep(0.12, 0.42, outward.a);  // light finds its way between grains, and through what is thin
     float open = clamp(1.0 - (1.0 - 0.4 * loose) * (0.30 * near * pit + 0.45 * hollow), 0.35, 1.25);
 

@@ -5,6 +5,7 @@ layout(location = 1) in float radius;
 layout(location = 2) in float hash;
 layout(location = 3) in float value;
 uniform float max_point_size;
+uniform float edge;                  // samples along a pixel's edge
 uniform float children;              // the last one of a broken number is smaller
 uniform float grown_from, grown_to;  // radius at which children begin to show, and have grown up [samples]
 
@@ -42,7 +43,7 @@ void main() {
     splat_value = value;
     // A small one is bent, each its own way; a wide one has a face, into which that grows. A grain is no ball: each leans
     // its own way, too.
-    splat_face = faces == 1 ? smoothstep(2.0 * grown_from, 3.0 * grown_from, splat_size) : 0.0;
+    splat_face = faces == 1 ? smoothstep(max(2.0 * grown_from, 4.8 * edge), max(3.0 * grown_from, 7.2 * edge), splat_size) : 0.0;
     vec4 bend = (1.0 - splat_face) * (4.0 * fract(splat_hash * vec4(37.7, 311.3, 733.1, 171.9)) - 2.0);
     float narrow = clamp(8.0 / splat_size, 0.15, 1.0), steep = 0.55 - 0.3 * narrow;
     splat_bend = vec4(narrow - steep * bend.x, steep * bend.y, bend.zw);
