@@ -22,7 +22,7 @@ Vector4f with(const Vec3d& x, double w) { return {float(x.x()), float(x.y()), fl
 /// Of what shaders/look_*.glsl give, over snow's.
 Vector3f mean_colour(Look look) {
     switch (look) {
-        case Look::ice: return {0.25f, 0.30f, 0.33f};
+        case Look::ice: return {0.46f, 0.49f, 0.51f};
         case Look::soil: return {0.15f, 0.11f, 0.08f};
         case Look::wood: return {0.33f, 0.21f, 0.12f};
         case Look::tiles: return {0.40f, 0.41f, 0.41f};

@@ -70,7 +70,7 @@ void main() {
     float pit = clamp((raw - depth) / spacing, -0.6, 0.8), hollow = clamp((depth - wide) / (3.0 * spacing), -0.7, 0.9);
     float near = clamp(2.2 * edge / across, 0.1, 1.0);  // a lump of its own shows no pits
     float loose = 1.0 - smoothstep(0.12, 0.42, outward.a);  // light finds its way between grains, and through what is thin
-    float open = clamp(1.0 - (1.0 - 0.4 * loose) * (0.30 * near * pit + 0.45 * hollow), 0.35, 1.25);
+    float open = clamp(1.0 - (1.0 - 0.4 * loose) * (0.30 * near * pit + 0.65 * hollow), 0.3, 1.25);
 
     vec3 lifted = position + 1.2 * spacing * normal;  // or it would lie in its own shade
     vec4 light = light_at(position + spacing * normal);
