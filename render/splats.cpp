@@ -24,7 +24,7 @@ float wholeness(float rho, float flying) { return smoothstep(0.05f + 0.10f * fly
 /// The looser, the more unlike each other: few are large, and many fill the gaps.
 float radius_of(float spacing, float whole, float hash) {
     const float h2 = hash * hash;
-    return spacing * 0.85f * whole * std::lerp(0.5f + 1.75f * h2 * h2, 0.83f + 0.5f * h2, whole);
+    return spacing * 0.85f * whole * std::lerp(0.55f + 1.0f * h2 * h2, 0.83f + 0.5f * h2, whole);
 }
 
 Eigen::Vector3f cell_coordinates(const Vector3f& x, const Density& density) {
