@@ -24,7 +24,7 @@ void main() {
         tilt -= 0.55 * splat_face * uneven.xy;
         height += splat_face * uneven.z;
     }
-    float towards = 1.0 - dot(d, d) * (1.15 + 0.30 * height);
+    float towards = 1.0 - dot(d, d) * (1.25 + 0.55 * height);
     if (towards < 0.0) discard;
     float ahead = sqrt(towards);
     vec3 normal = normalize(basis * vec3(tilt, -ahead) + splat_lean);
