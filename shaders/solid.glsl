@@ -43,7 +43,7 @@ vec4 mirrored_body(vec3 from, vec3 way) {
     float along = 4.0 * shadow_texel;
     vec4 nearest = vec4(1e9);
     int steps = boxes + capsules + cylinders > 0 ? 16 : 0;
-    for (int i = 0; i < steps; ++i) {
+    for (int i = 0; i < steps && nearest.w > 0.002 * along && along < 20.0 * body_reach; ++i) {
         nearest = nearest_body(from + along * way);
         along += nearest.w;
     }
@@ -70,12 +70,16 @@ vec4 mirrored_snow(vec3 from, vec3 way, float reach) {
     vec3 at = (from + begin * way - volume_origin) / volume_size + spread_evenly(floor(gl_FragCoord.xy)) * pace;
     vec4 result = vec4(0.0, 0.0, 0.0, 1.0);
     int steps = end > begin ? most : 0;
-    for (int i = 0; i < steps; ++i, at += pace) {
-        vec4 outward = texture(snow_outward, at), light = texture(snow_light, at - 0.6 * pace);  // just before
-        vec3 normal = outward.xyz / max(length(outward.xyz), 1e-4);
+    for (int i = 0; i < steps && result.a > 0.01; ++i, at += pace) {
+        vec4 outward = texture(snow_outward, at);
         float hidden = clamp(1.5 * outward.a * min(stride / spacing, 4.0), 0.0, 1.0);
-        vec3 colour = sun_light * light.rgb * (0.3 + 0.7 * max(dot(normal, to_sun), 0.0)) + open_sky(light.a) * sky_by_normal(normal);
-        result += result.a * hidden * vec4(colour, -1.0);
+        int any = hidden > 0.0 ? 1 : 0;
+        for (int once = 0; once < any; ++once) {
+            vec4 light = texture(snow_light, at - 0.6 * pace);  // just before
+            vec3 normal = outward.xyz / max(length(outward.xyz), 1e-4);
+            vec3 colour = sun_light * light.rgb * (0.3 + 0.7 * max(dot(normal, to_sun), 0.0)) + open_sky(light.a) * sky_by_normal(normal);
+            result += result.a * hidden * vec4(colour, -1.0);
+        }
     }
     return result;
 }
