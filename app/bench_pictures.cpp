@@ -6,13 +6,13 @@
 #include "sim/sampling.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <memory>
 
 namespace firn {
 namespace {
@@ -50,8 +50,10 @@ Subject heap(const Subject& whole) {
     s.name = "broken heap", s.camera = {{-0.3, 0.4, 1.0}, {0.03, 0.11, 0}, 35};
     std::vector<Vec3d> seeds;
     for (int i = 0; i < 40; ++i) {
-        const double height = 1 - (2 * i + 1) / 40.0, turn = 2.39996 * i, r = ball_radius * std::cbrt((i * 7 % 40 + 1) / 40.0);
-        seeds.push_back(r * Vec3d(std::sqrt(1 - height * height) * std::cos(turn), height, std::sqrt(1 - height * height) * std::sin(turn)));
+        const double height = 1 - (2 * i + 1) / 40.0, turn = 2.39996 * i,
+                     r = ball_radius * std::cbrt((i * 7 % 40 + 1) / 40.0);
+        seeds.push_back(r * Vec3d(std::sqrt(1 - height * height) * std::cos(turn), height,
+                                  std::sqrt(1 - height * height) * std::sin(turn)));
     }
     for (std::size_t p = 0; p < s.x.size() / 3; ++p) {
         const Vec3d from = Vec3d(s.x[3 * p], s.x[3 * p + 1], s.x[3 * p + 2]) - Vec3d(0, ball_radius, 0);
@@ -79,7 +81,8 @@ double processor_seconds() {
 void draw(Row& row, const std::vector<Solid>& solids) {
     const auto start = std::chrono::steady_clock::now();
     const double before = processor_seconds();
-    row.renderer->draw({row.subject->x, row.subject->v, row.subject->spacing}, solids, row.subject->camera, 0);
+    row.renderer->draw({row.subject->x, row.subject->v, row.subject->spacing}, solids, row.subject->camera,
+                       0);
     row.processor.push_back(processor_seconds() - before);
     row.wall.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
@@ -91,7 +94,8 @@ int bench_pictures(const BenchOptions& options) {
     const std::vector<Solid> solids = {{Plane{}}, {Box{{0.35, 0.2, 0}, {0.08, 0.4, 0.7}}}};
     std::vector<Row> rows;
     for (const Subject* subject : {&whole, &broken})
-        for (const auto& [name, quality] : {std::pair("draft", Quality::draft), {"preview", Quality::preview}, {"final", Quality::final}}) {
+        for (const auto& [name, quality] :
+             {std::pair("draft", Quality::draft), {"preview", Quality::preview}, {"final", Quality::final}}) {
             Picture picture;
             picture.quality = quality;
             rows.push_back({subject, name, std::make_unique<Renderer>(picture)});
@@ -102,14 +106,16 @@ int bench_pictures(const BenchOptions& options) {
         for (Row& row : rows) draw(row, solids);
 
     const Machine machine = this_machine();
-    std::string text = fmt::format("{}, {} cores; {}; {} particles, 1280×720, ground and wall, drawing and read-back; of {} "
-                                   "rounds, s a picture\n\n{:<12} {:>8} {:>10} {:>10} {:>12}\n", machine.cpu, machine.cores,
-                                   rows.front().renderer->description(), whole.x.size() / 3, options.rounds, "", "", "least",
-                                   "median", "processor");
+    std::string text = fmt::format(
+        "{}, {} cores; {}; {} particles, 1280×720, ground and wall, drawing and read-back; of {} "
+        "rounds, s a picture\n\n{:<12} {:>8} {:>10} {:>10} {:>12}\n",
+        machine.cpu, machine.cores, rows.front().renderer->description(), whole.x.size() / 3, options.rounds,
+        "", "", "least", "median", "processor");
     for (Row& row : rows) {
         std::sort(row.wall.begin(), row.wall.end());
-        text += fmt::format("{:<12} {:>8} {:>10.3f} {:>10.3f} {:>12.3f}\n", row.subject->name, row.quality, row.wall.front(),
-                            row.wall[row.wall.size() / 2], *std::min_element(row.processor.begin(), row.processor.end()));
+        text += fmt::format("{:<12} {:>8} {:>10.3f} {:>10.3f} {:>12.3f}\n", row.subject->name, row.quality,
+                            row.wall.front(), row.wall[row.wall.size() / 2],
+                            *std::min_element(row.processor.begin(), row.processor.end()));
     }
     print_result(text);
     return 0;

@@ -132,7 +132,7 @@ struct Renderer::Passes {
     Picture picture;
     Effort effort;
     int margin = 0;  ///< [samples]
-    Eigen::Vector2i developed_size;  ///< what is read back [pixels]; of a draft a half each way.
+    Eigen::Vector2i developed_size;  ///< what is read back [pixels]; fewer than the picture's in a draft.
     float max_point_size = 1;
 
     Buffer splats = make_buffer(), spray = make_buffer(), mesh = make_buffer(), nodes = make_buffer();
