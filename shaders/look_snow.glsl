@@ -1,9 +1,9 @@
 // Drifts, hollows and the grain, which is as fine as a particle's.
 Matter matter_of(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
-    vec3 drift = noise_at(mat2(0.8, 0.6, -0.6, 0.8) * at, 1700.0 * spacing, max(width, 60.0 * spacing));
+    vec3 drift = even_noise_at(mat2(0.8, 0.6, -0.6, 0.8) * at, 1700.0 * spacing, max(width, 60.0 * spacing));
     vec3 fine = noise_at(at, 310.0 * spacing, max(width, 6.0 * spacing));
     vec2 bent = mat2(0.6, -0.8, 0.8, 0.6) * at + 5.0 * spacing * drift.zx;  // or its tile would be seen to repeat
-    vec3 grain = noise_at(bent, 27.0 * spacing, width);
+    vec3 grain = noise_at(bent, 27.0 * spacing, 2.0 * width);
     float near = 1.0 / (1.0 + width / (12.0 * spacing));  // from afar one sees crests alone, which are lit alike
     vec3 slope = near * (0.10 * drift + 0.03 * fine + 0.12 * grain);
     return Matter(vec3(0.935, 0.942, 0.953) * (1.0 + near * (0.01 * fine.z + 0.03 * grain.z)),

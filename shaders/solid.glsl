@@ -25,6 +25,12 @@ vec3 noise_at(vec2 at, float tile, float width) {
     return 6.0 * textureLod(relief, at / tile, level + 0.25 * float(2 * (turn.x ^ turn.y) + turn.y) - 0.375).xyz - 3.0;
 }
 
+// The same, as the mean, for what shifts or bends something finer: turns would show there.
+vec3 even_noise_at(vec2 at, float tile, float width) {
+    float level = max(log2(max(width / tile * float(textureSize(relief, 0).x), 1e-6)), 0.0), lower = floor(level);
+    return 6.0 * mix(textureLod(relief, at / tile, lower), textureLod(relief, at / tile, lower + 1.0), level - lower).xyz - 3.0;
+}
+
 float smooth_edge(float distance_in, float edge, float width) {
     return clamp((distance_in - edge) / max(width, 1e-6) + 0.5, 0.0, 1.0);
 }
