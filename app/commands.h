@@ -59,7 +59,7 @@ int check_command(const std::vector<std::string>& scenes, const Overrides&);
 int compare_command(const CompareOptions&);
 int study_command(const StudyOptions&);
 int bench_command(const BenchOptions&);
-int bench_pictures(const BenchOptions&);
+int bench_pictures(const BenchOptions&);   // throws GLError
 int scenes_command(const std::string& name, bool schema);
 
 }  // namespace firn

@@ -2,7 +2,7 @@
 // capsules, cylinders and planes, are constants: software that draws is slow at uniforms whose place is calculated.
 uniform vec4 body_a[16];  // box: centre;  capsule, cylinder: one end;  plane: point
 uniform vec4 body_b[16];  // box: half edges;  capsule, cylinder: other end, radius;  plane: normal
-uniform vec4 body_colour[16];
+uniform vec4 body_colour[16];  // albedo in rgb
 uniform float body_reach; // [m]
 
 // Colour of the nearest that is no plane, and the distance to it.

@@ -29,7 +29,8 @@ vec3 normal_of_depth(sampler2D map, ivec2 at, float depth) {
     vec3 ray = vec3((vec2(at) + 0.5 - 0.5 * samples) * sample_tan, 1.0);
     vec3 along_x = slope.x * ray + vec3(depth * sample_tan, 0.0, 0.0);
     vec3 along_y = slope.y * ray + vec3(0.0, depth * sample_tan, 0.0);
-    float steep = dot(slope, slope) / (16.0 * depth * depth * sample_tan * sample_tan);
+    float steep = min(length(slope) / (4.0 * depth * sample_tan), 5.0);  // more would make it vanish
+    steep *= steep;
     return basis * normalize(cross(along_y, along_x)) / (1.0 + steep * steep);
 }
 

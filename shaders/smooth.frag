@@ -1,5 +1,6 @@
 // One level of an à-trous smoothing of snow's depth [Dammertz et al. 2010], [1 2 1]/4 along both axes:
-// neighbours count whose depth is within `range`.
+// neighbours count whose depth is within `range`, and opposite ones, farther off, whose mean is: a plane that is
+// seen at a slant is as smooth as one that is faced.
 uniform sampler2D depths;
 uniform int stride;        // to the neighbours [samples]
 uniform float deviation;   // of the whole filter, along one axis [m]

@@ -57,8 +57,8 @@ vec4 mirrored_body(vec3 from, vec3 way) {
     vec4 result = vec4(0.0, 0.0, 0.0, 1e9);
     for (int once = 0; once < found; ++once) {
         vec3 at = from + along * way;
-        vec2 step = vec2(0.01 * along, 0.0);
-        vec3 normal = normalize(vec3(nearest_body(at + step.xyy).w, nearest_body(at + step.yxy).w, nearest_body(at + step.yyx).w) -
+        vec2 aside = vec2(0.01 * along, 0.0);
+        vec3 normal = normalize(vec3(nearest_body(at + aside.xyy).w, nearest_body(at + aside.yxy).w, nearest_body(at + aside.yyx).w) -
                                 nearest_body(at).w + vec3(0.0, 1e-6, 0.0));
         float direct = max(dot(normal, to_sun), 0.0) * texture(shadow_all, shadow_position(at + 4.0 * shadow_texel * normal));
         result = vec4(nearest.rgb * (direct * sun_light + sky_by_normal(normal) + bounce_by_normal(normal, 1.0)), along);
@@ -69,7 +69,7 @@ vec4 mirrored_body(vec3 from, vec3 way) {
 // Snow in the same way, as far as `reach`: its light, and in alpha what it leaves of what is behind.
 vec4 mirrored_snow(vec3 from, vec3 way, float reach) {
     const int most = 12;
-    vec3 a = (volume_origin - from) / way, b = a + volume_size / way, low = min(a, b), high = max(a, b);
+    vec3 a = (volume_origin - from) / way, b = (volume_origin + volume_size - from) / way, low = min(a, b), high = max(a, b);
     float begin = max(max(low.x, max(low.y, low.z)), 2.0 * spacing), end = min(min(high.x, reach), min(high.y, high.z));
     float stride = (end - begin) / float(most);
     vec3 pace = stride * way / volume_size;

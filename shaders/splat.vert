@@ -16,7 +16,7 @@ flat out float splat_value;
 flat out float splat_size;    // [samples]
 flat out vec4 splat_bend;     // how its face turns with the place on it, and how its outline bends
 flat out vec3 splat_lean;
-flat out float splat_face;    // 0 to 1
+flat out float splat_face;    // share of its own shape that has given way to grain
 
 void main() {
     vec3 at = center;

@@ -51,6 +51,24 @@ TEST_CASE("one particle lands at the pixel its position projects to", "[renderer
     }
 }
 
+TEST_CASE("a lone particle seen through the narrowest lens is bright", "[renderer]") {
+    for (const Quality quality : {Quality::draft, Quality::preview, Quality::final}) {
+        const auto renderer = renderer_for(small_picture(quality));
+        if (!renderer) return;
+        const std::vector<float> one = {0, 0, 0};
+        for (const double distance : {1.0, 100.0}) {
+            const double field = 1e-4;  // [degrees]
+            const float size = float(distance * std::tan(field * EIGEN_PI / 180));
+            const Image image = renderer->draw({one, {}, size}, {}, {{0, 0, distance}, {0, 0, 0}, field}, 0);
+            int dark = 0;
+            for (int y = 0; y < 90; ++y)
+                for (int x = 0; x < 160; ++x) dark += brightness(image, x, y) < 40;
+            CAPTURE(int(quality), distance);
+            CHECK(dark == 0);
+        }
+    }
+}
+
 TEST_CASE("a ball covers the disc that its radius projects to", "[renderer]") {
     const auto renderer = renderer_for(small_picture(Quality::final));
     if (!renderer) return;
