@@ -300,6 +300,22 @@ TEST_CASE("snow is even to the eye that grazes it: particles do not show as bead
     }
 }
 
+TEST_CASE("a particle eighteen pixels wide has grain finer than itself", "[renderer]") {
+    const auto renderer = renderer_for(small_picture(Quality::final));
+    if (!renderer) return;
+    const std::vector<float> particles = ball({0, 0, 0}, 0.12);
+    const Image image = renderer->draw({particles, {}, spacing}, {}, {{0, 0, 0.4}, {0, 0, 0}, 20}, 0);
+    double sum = 0, bends = 0;
+    for (int y = 20; y < 70; ++y)
+        for (int x = 40; x < 120; ++x) {
+            sum += brightness(image, x, y);
+            bends += std::abs(brightness(image, x - 1, y) - 2 * brightness(image, x, y) +
+                              brightness(image, x + 1, y));
+        }
+    CAPTURE(bends / sum);
+    CHECK(bends / sum > 0.016);  // 0.010 where it is smooth
+}
+
 TEST_CASE("crystals in near snow glint, few of them, and stay when the camera moves", "[renderer]") {
     Picture picture = small_picture(Quality::final);
     picture.exposure = 0.5;  // or sunlit snow would be as bright as they are
