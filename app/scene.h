@@ -18,6 +18,7 @@ namespace firn {
 struct SceneBody : Body {
     std::string material;       ///< name among the scene's materials.
     std::string particles;      ///< PLY file, relative to the scene's; empty: `shape` is filled.
+    std::optional<Lumps> lumps; ///< none: even snow.
 };
 
 /// A scene as it is run: what its file says, with every default filled in.

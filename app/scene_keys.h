@@ -170,6 +170,12 @@ template <class V> void describe(V& v, Snow& s) {
            "kg/m^3", above(0).up_to(1e9)}, s.max_density);
 }
 
+template <class V> void describe(V& v, Lumps& l) {
+    v.key({"size", "their mean width; some cells of the grid at least, to be felt", "m", lengths, true}, l.size);
+    v.key({"core", "J_P within the firmest; smaller is harder and denser", "", at_least(0.1).up_to(10)}, l.core);
+    v.key({"seam", "J_P between lumps; larger is weaker", "", at_least(0.1).up_to(10)}, l.seam);
+}
+
 template <class V> void describe(V& v, SceneBody& b) {
     v.key({"material", "name of one of the materials; may be left out where there is one"}, b.material);
     v.either({"shape", "the solid that is filled with snow"}, b.shape,
@@ -180,6 +186,7 @@ template <class V> void describe(V& v, SceneBody& b) {
     v.key({"particles_per_cell", "particles in a cell's volume of snow", "", at_least(1e-3).up_to(1000)},
           b.particles_per_cell);
     v.key({"sampling", "arrangement of the particles"}, b.sampling);
+    v.key({"lumps", "snow packed unevenly, which breaks in chunks; left out: even"}, b.lumps);
 }
 
 template <class V> void describe(V& v, Solid& c) {

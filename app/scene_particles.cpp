@@ -1,5 +1,7 @@
 #include "app/scene_particles.h"
 
+#include "sim/lumps.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -56,8 +58,11 @@ static ParticleSet make_body(const LoadedScene& loaded, std::size_t i, double h)
     const auto material = materials.find(body.material);
     const auto index = static_cast<std::uint8_t>(std::distance(materials.begin(), material));
     const auto file = loaded.files.find(i);
-    if (file != loaded.files.end()) return from_file(file->second, body, material->second.rho, h, index);
-    return sample(body, material->second.rho, h, loaded.scene.seed + i, index);
+    ParticleSet set = file != loaded.files.end()
+                          ? from_file(file->second, body, material->second.rho, h, index)
+                          : sample(body, material->second.rho, h, loaded.scene.seed + i, index);
+    if (body.lumps) pack_in_lumps(set, *body.lumps, loaded.scene.seed + i);
+    return set;
 }
 
 // The share of a body's particles that lie inside the shape, from 2000 of them.

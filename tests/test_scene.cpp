@@ -58,7 +58,7 @@ solver: {integrator: explicit, beta: 0.5, dt: 1e-4, max_dt: 2e-3, transfer: apic
 materials: {ice: {E: 1e6, nu: 0.3, xi: 5, theta_c: 0, theta_s: 1e6, rho: 900}, powder: {}}
 bodies:
   - {material: powder, velocity: [4, 5, 6], angular_velocity: [7, 8, 9], particles_per_cell: 2,
-     sampling: lattice,
+     sampling: lattice, lumps: {size: 0.2, core: 0.8, seam: 1.5},
      shape: {difference: [{union: [{box: {center: [0, 1, 0], size: [1, 2, 3]}}, {ellipsoid: {radii: [1, 2, 3]}}]},
                           {plane: {normal: [1, 0, 0]}},
                           {cylinder: {from: [0, 0, 0], to: [0, 1, 0], radius: 0.1}}]}}
@@ -98,6 +98,8 @@ picture: {width: 100, height: 50, quality: preview, sun_azimuth: 10, sun_elevati
     CHECK(body.angular_velocity == Vec3d(7, 8, 9));
     CHECK(body.particles_per_cell == 2);
     CHECK(body.sampling == Sampling::lattice);
+    REQUIRE(body.lumps);
+    CHECK(std::vector{body.lumps->size, body.lumps->core, body.lumps->seam} == std::vector{0.2, 0.8, 1.5});
     const auto& parts = std::get<Difference>(body.shape).shapes;
     REQUIRE(parts.size() == 3);
     const auto& joined = std::get<Union>(parts[0]).shapes;

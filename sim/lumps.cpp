@@ -1,0 +1,80 @@
+#include "sim/lumps.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+// Compiled without contraction of a·b + c, as sampling.cpp: the same seed gives the same lumps on every machine.
+
+namespace firn {
+namespace {
+
+/// Mixes all bits [splitmix64, Steele et al. 2014].
+std::uint64_t mixed(std::uint64_t a) {
+    a = (a ^ (a >> 30)) * 0xbf58476d1ce4e5b9u;
+    a = (a ^ (a >> 27)) * 0x94d049bb133111ebu;
+    return a ^ (a >> 31);
+}
+
+std::uint64_t number_of(const Vec3d& cell, std::uint64_t seed) {
+    std::uint64_t number = seed;
+    for (int a = 0; a < 3; ++a)
+        number = mixed(number + 0x9e3779b97f4a7c15u +
+                       static_cast<std::uint64_t>(static_cast<std::int64_t>(cell(a))));
+    return number;
+}
+
+/// [0, 1), 21 bits of the number.
+double uniform(std::uint64_t number, int which) {
+    return static_cast<double>((number >> (21 * which)) & 0x1fffff) * 0x1p-21;
+}
+
+/// Where a place lies among Voronoi cells; lengths in cells' mean widths.
+struct Lump {
+    double depth = 0;          ///< distance to the nearest face.
+    std::uint64_t number = 0;  ///< of the cell, random.
+};
+
+Lump lump_at(const Vec3d& x, std::uint64_t seed) {
+    const Vec3d cell = x.array().floor();
+    std::array<Vec3d, 27> points;
+    Lump lump{std::numeric_limits<double>::infinity()};
+    double least = lump.depth;
+    int own = 0;
+    for (int i = 0; i < 27; ++i) {
+        const Vec3d at = cell + Vec3d(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+        const std::uint64_t number = number_of(at, seed);
+        points[i] = at + Vec3d(uniform(number, 0), uniform(number, 1), uniform(number, 2));
+        const double distance = (points[i] - x).squaredNorm();
+        if (distance < least) least = distance, own = i, lump.number = number;
+    }
+    for (int i = 0; i < 27; ++i) {  // to the plane half way between two points
+        const double gap = (points[i] - x).squaredNorm() - least;
+        if (i != own) lump.depth = std::min(lump.depth, gap / (2 * (points[i] - points[own]).norm()));
+    }
+    return lump;
+}
+
+}  // namespace
+
+double packed_Jp(const Lumps& lumps, const Vec3d& x, std::uint64_t seed) {
+    constexpr double seam_width = 0.125;  // from a face to where snow is as firm as within
+    double weakness = 0;
+    for (const int level : {0, 1}) {
+        const Lump lump = lump_at(x * ((1 + level) / lumps.size), mixed(2 * seed + level));
+        const double inside = std::min(lump.depth / seam_width, 1.0),
+                     own = 0.45 * uniform(mixed(lump.number), 0);
+        weakness = std::max(weakness, (level == 0 ? 1 : 0.25) * (1 - (1 - own) * inside));
+    }
+    return lumps.core + (lumps.seam - lumps.core) * weakness;
+}
+
+void pack_in_lumps(ParticleSet& set, const Lumps& lumps, std::uint64_t seed) {
+    for (std::size_t p = 0; p < set.size(); ++p) {
+        const double Jp = packed_Jp(lumps, set.x[p], seed);
+        set.Jp[p] *= Jp, set.m[p] /= Jp, set.V0[p] /= Jp;
+    }
+}
+
+}  // namespace firn

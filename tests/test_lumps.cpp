@@ -1,0 +1,102 @@
+#include "sim/lumps.h"
+#include "sim/simulation.h"
+#include "tests/columns.h"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+using namespace firn;
+
+namespace {
+
+/// Places in a cube of ten lumps' width.
+std::vector<Vec3d> places(int count, double size) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> along(-5 * size, 5 * size);
+    std::vector<Vec3d> all(count);
+    for (Vec3d& x : all) x = {along(random), along(random), along(random)};
+    return all;
+}
+
+/// Of J_P at places `apart` from each other [1].
+double correlation(const Lumps& lumps, double apart) {
+    double a = 0, aa = 0, ab = 0;
+    const std::vector<Vec3d> all = places(20000, lumps.size);
+    for (const Vec3d& x : all) {
+        const double here = packed_Jp(lumps, x, 1), there = packed_Jp(lumps, x + Vec3d(apart, 0, 0), 1);
+        a += here, aa += here * here, ab += here * there;
+    }
+    const double mean = a / all.size();
+    return (ab / all.size() - mean * mean) / (aa / all.size() - mean * mean);
+}
+
+}  // namespace
+
+TEST_CASE("lumps are firm within, weak where they meet, and as wide as is asked for", "[lumps]") {
+    const Lumps lumps{0.05, 0.85, 1.2};
+    std::vector<double> Jp;
+    for (const Vec3d& x : places(20000, lumps.size)) Jp.push_back(packed_Jp(lumps, x, 1));
+    std::sort(Jp.begin(), Jp.end());
+    CHECK(Jp.front() >= 0.85);
+    CHECK(Jp.front() < 0.86);
+    CHECK(Jp[Jp.size() / 2] < 1);  // most of it is firm
+    CHECK(Jp.back() <= 1.2 + 1e-12);
+    CHECK(Jp.back() > 1.19);
+    CHECK(correlation(lumps, 0.005) > 0.5);
+    CHECK(std::abs(correlation(lumps, 0.05)) < 0.1);
+    CHECK(packed_Jp({0.1, 0.85, 1.2}, {0.34, -0.2, 0.62}, 1) == packed_Jp(lumps, {0.17, -0.1, 0.31}, 1));
+    CHECK(packed_Jp(lumps, {0.17, -0.1, 0.31}, 1) != packed_Jp(lumps, {0.17, -0.1, 0.31}, 2));
+}
+
+TEST_CASE("lumps have no steps: J_P changes by less than its range over an eighth of the smaller ones",
+          "[lumps]") {
+    const Lumps lumps{1, 0, 1};
+    const double apart = 1e-4, steepest = 1 / 0.125;  // 0.25 · 2 / 0.125 of the smaller ones
+    int steps = 0;
+    for (const Vec3d& x : places(20000, 1))
+        steps += std::abs(packed_Jp(lumps, x + Vec3d(0, apart, 0), 1) - packed_Jp(lumps, x, 1)) >
+                 1.001 * steepest * apart;
+    CHECK(steps == 0);
+}
+
+TEST_CASE("snow that is packed firmer is as much denser, in the volume that it had", "[lumps]") {
+    Body box;
+    box.shape = Box{{0, 0, 0}, {0.3, 0.3, 0.3}};
+    ParticleSet even = sample(box, 400, 0.05, 1, 0), lumpy = even;
+    lumpy.V0 = std::vector<double>(even.size(), 2e-6), lumpy.Jp[3] = 1.5;
+    pack_in_lumps(lumpy, {0.2, 0.8, 1.3}, 5);
+    CHECK(lumpy.x == even.x);
+    for (std::size_t p = 0; p < even.size(); ++p) {
+        const double share = packed_Jp({0.2, 0.8, 1.3}, even.x[p], 5);
+        REQUIRE(lumpy.Jp[p] == Approx(share * (p == 3 ? 1.5 : 1.0)).epsilon(1e-14));
+        REQUIRE(lumpy.m[p] * share == Approx(even.m[p]).epsilon(1e-14));
+        REQUIRE(lumpy.V0[p] * share == Approx(2e-6).epsilon(1e-14));
+    }
+}
+
+TEST_CASE("a bar of lumps that is pulled gives way at their seams", "[lumps]") {
+    const OneThread one;
+    Body bar;
+    bar.shape = Box{{0, 0, 0}, {0.4, 0.12, 0.12}};
+    ParticleSet start = sample(bar, 400, 0.02, 1, 0);
+    pack_in_lumps(start, {0.08, 0.85, 1.2}, 1);
+    for (std::size_t p = 0; p < start.size(); ++p) start.v[p] = {5 * start.x[p].x(), 0, 0};
+    Setup setup;
+    setup.h = 0.02, setup.gravity = Vec3d::Zero(), setup.materials = {Snow{}};
+    setup.solver.weights = Weights::quadratic;
+    const auto sim = make_simulation(setup, ParticleSet(start));
+    while (sim->time() < 0.05) sim->step(0.05 - sim->time());
+    const ParticleRows rows = sim->rows(true);
+    double opened[2] = {0, 0}, count[2] = {0, 0};
+    for (std::size_t p = 0; p < start.size(); ++p) {
+        if (start.Jp[p] > 0.95 && start.Jp[p] < 1.1) continue;
+        const bool seam = start.Jp[p] >= 1.1;
+        opened[seam] += std::log(value(rows, p, "Jp") / start.Jp[p]), ++count[seam];
+    }
+    CAPTURE(count[0], count[1], opened[0] / count[0], opened[1] / count[1]);
+    CHECK(opened[1] / count[1] > 0.05);
+    CHECK(opened[1] / count[1] > 3 * opened[0] / count[0]);
+}
