@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -20,8 +21,7 @@ std::uint64_t mixed(std::uint64_t a) {
 std::uint64_t number_of(const Vec3d& cell, std::uint64_t seed) {
     std::uint64_t number = seed;
     for (int a = 0; a < 3; ++a)
-        number = mixed(number + 0x9e3779b97f4a7c15u +
-                       static_cast<std::uint64_t>(static_cast<std::int64_t>(cell(a))));
+        number = mixed(number + 0x9e3779b97f4a7c15u + std::bit_cast<std::uint64_t>(cell(a)));
     return number;
 }
 

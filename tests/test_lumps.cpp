@@ -23,14 +23,14 @@ std::vector<Vec3d> places(int count, double size) {
 
 /// Of J_P at places `apart` from each other [1].
 double correlation(const Lumps& lumps, double apart) {
-    double a = 0, aa = 0, ab = 0;
+    double a = 0, b = 0, aa = 0, ab = 0;
     const std::vector<Vec3d> all = places(20000, lumps.size);
+    const double n = static_cast<double>(all.size());
     for (const Vec3d& x : all) {
         const double here = packed_Jp(lumps, x, 1), there = packed_Jp(lumps, x + Vec3d(apart, 0, 0), 1);
-        a += here, aa += here * here, ab += here * there;
+        a += here / n, b += there / n, aa += here * here / n, ab += here * there / n;
     }
-    const double mean = a / all.size();
-    return (ab / all.size() - mean * mean) / (aa / all.size() - mean * mean);
+    return (ab - a * b) / (aa - a * a);
 }
 
 }  // namespace
@@ -49,6 +49,8 @@ TEST_CASE("lumps are firm within, weak where they meet, and as wide as is asked 
     CHECK(std::abs(correlation(lumps, 0.05)) < 0.1);
     CHECK(packed_Jp({0.1, 0.85, 1.2}, {0.34, -0.2, 0.62}, 1) == packed_Jp(lumps, {0.17, -0.1, 0.31}, 1));
     CHECK(packed_Jp(lumps, {0.17, -0.1, 0.31}, 1) != packed_Jp(lumps, {0.17, -0.1, 0.31}, 2));
+    CHECK(packed_Jp(lumps, {0.0, 0.01, 0.02}, 1) == packed_Jp(lumps, {-0.0, 0.01, 0.02}, 1));
+    CHECK(std::isfinite(packed_Jp(lumps, {1e300, -1e20, 0}, 1)));
 }
 
 TEST_CASE("lumps have no steps: J_P changes by less than its range over an eighth of the smaller ones",
