@@ -36,7 +36,7 @@ Light unadapted(double elevation) {
     light.zenith = day * Vector3d(0.060, 0.16, 0.41);
     const Vector3d cool(0.50, 0.61, 0.745), warm(0.78, 0.56, 0.42);
     light.horizon = day * (cool + 0.8 * golden * (warm - cool));
-    light.sky = day * (Vector3d(0.25, 0.34, 0.465) + 0.25 * golden * Vector3d(0.10, 0.0, -0.04));
+    light.sky = day * (Vector3d(0.22, 0.305, 0.42) + 0.25 * golden * Vector3d(0.10, 0.0, -0.04));
     return light;
 }
 

@@ -215,7 +215,7 @@ struct Chooser {
                     crumb = radius_of(spacing, crumb_size, hash);
         const bool sprayed = solid_share < crumb_size &&
                              crumb < detail.crumb * view.sample_tan * view.basis.col(2).dot(x - view.eye);
-        if (const float amount = (1 - solid_share) * (0.5f + 0.5f * flying); amount > 0.15f) {
+        if (const float amount = (1 - 1.6f * solid_share) * (0.5f + 0.5f * flying); amount > 0.15f) {
             SprayPoint point = spray_point(particles, p, amount, 1 - smoothstep(0.03f, 0.10f, rho), hash,
                                            sprayed ? crumb : 0);
             // A grain that flies alone past a lump has none, and a lump in the open little.

@@ -129,11 +129,13 @@ vec3 bounce_by_normal(vec3 normal, float sunlit) {
 // Film's answer to light: a toe, contrast, and a shoulder that is never quite white.
 vec3 develop(vec3 light) {
     vec3 x = exposure * max(light, vec3(0.0));
-    return 1.0 - exp(-1.65 * pow(x, vec3(1.32)));
+    return 1.0 - exp(-1.55 * pow(x, vec3(1.5)));
 }
 
 // Of a surface that bright snow stands before.
 float lifted_by_snow(float open) { return open / (1.0 - 0.65 * (1.0 - open)); }
+
+const float snow_wrap = 0.16;      // how far sunlight reaches around the edge of shade on snow, as a cosine
 
 // What comes to the eye through the air between.
 vec3 seen_through_air(vec3 colour, float depth, vec3 ray) {

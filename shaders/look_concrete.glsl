@@ -5,5 +5,5 @@ Matter matter_of(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
     vec3 colour = vec3(0.335, 0.325, 0.31) * (1.0 + 0.07 * cloud.z + 0.06 * blotch.z + 0.05 * sand.z);
     colour *= 1.0 - 0.35 * hole;
     vec2 slope = 0.02 * blotch.xy + 0.05 * sand.xy;
-    return Matter(colour, normalize(n - slope.x * u - slope.y * v), 0.0, 1.0);
+    return Matter(colour, normalize(n - slope.x * u - slope.y * v), 0.0, 1.0, 0.0);
 }

@@ -9,5 +9,5 @@ Matter matter_of(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
     vec3 colour = mix(vec3(0.050, 0.094, 0.115), vec3(0.30, 0.38, 0.42), 0.6 * min(crack, 1.0));
     colour = mix(colour, vec3(0.78, 0.81, 0.84), max(frost, dust));
     vec2 slope = 0.003 * broad.xy + 0.004 * fine.xy + frost * (0.05 * fine.xy + 0.06 * grain.xy);
-    return Matter(colour, normalize(n - slope.x * u - slope.y * v), mix(0.05, 0.0, frost), 0.15 + 0.7 * frost);
+    return Matter(colour, normalize(n - slope.x * u - slope.y * v), mix(0.05, 0.0, frost), 0.15 + 0.7 * frost, 0.0);
 }

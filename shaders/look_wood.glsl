@@ -1,12 +1,12 @@
 // Bark: plates along what is round, with furrows between them.
 Matter bark(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
-    vec3 plate = noise_at(vec2(0.28, 1.0) * at, 0.42, width), rough = noise_at(vec2(0.5, 1.0) * at, 0.11, width);
+    vec3 plate = noise_at(vec2(0.11, 1.0) * at, 0.33, width), rough = noise_at(vec2(0.3, 1.0) * at, 0.09, width);
     vec3 moss = noise_at(at, 1.1, width);
-    float ridge = plate.z + 0.4 * rough.z, furrow = smoothstep(0.7, 0.0, abs(ridge));
+    float ridge = plate.z + 0.5 * rough.z, furrow = smoothstep(0.8, 0.0, abs(ridge));
     vec3 colour = mix(vec3(0.235, 0.175, 0.125), vec3(0.26, 0.235, 0.205), smoothstep(-1.0, 1.5, moss.z));
     colour = mix(colour * (1.0 + 0.12 * rough.z), vec3(0.060, 0.043, 0.031), 0.85 * furrow);
-    vec2 slope = 0.22 * sign(ridge) * plate.xy * vec2(0.28, 1.0) + 0.16 * rough.xy;
-    return Matter(colour, normalize(n + slope.x * u + slope.y * v), 0.0, 1.0);
+    vec2 slope = 0.22 * sign(ridge) * plate.xy * vec2(0.11, 1.0) + 0.16 * rough.xy;
+    return Matter(colour, normalize(n + slope.x * u + slope.y * v), 0.0, 1.0, 0.0);
 }
 
 // Rings of what is cut across: summers' wood is wide, winters' thin and dark.
@@ -18,7 +18,7 @@ Matter end_grain(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
     float rim = smoothstep(0.92, 0.95, length(from_middle) / axis.w + 0.01 * warp.z);
     vec3 colour = mix(vec3(0.36, 0.235, 0.135), vec3(0.235, 0.140, 0.075), 0.65 * rings);
     colour = mix(colour * (1.0 + 0.10 * fibre.z + 0.06 * warp.z), vec3(0.10, 0.075, 0.055), rim);
-    return Matter(colour, normalize(n - 0.03 * fibre.y * v), 0.0, 1.0);
+    return Matter(colour, normalize(n - 0.03 * fibre.y * v), 0.0, 1.0, 0.0);
 }
 
 Matter planks(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
@@ -35,7 +35,7 @@ Matter planks(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
     colour *= (0.80 + 0.40 * own) * (1.0 + 0.12 * fibre.z + 0.08 * vein.z + 0.05 * warp.z) * (1.0 - 0.55 * split);
     float gap = smooth_edge(cell.x, 0.0016, width + 0.001);
     return Matter(colour * mix(0.22, 1.0, gap),
-                  normalize(n - (0.05 * fibre.y + 0.06 * vein.y) * v), 0.02 * gap, 0.55);
+                  normalize(n - (0.05 * fibre.y + 0.06 * vein.y) * v), 0.02 * gap, 0.55, 0.0);
 }
 
 Matter matter_of(vec2 at, vec3 n, vec3 u, vec3 v, float width) {

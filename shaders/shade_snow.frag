@@ -13,7 +13,6 @@ out vec4 out_light;
 
 const vec3 albedo = vec3(0.965, 0.972, 0.98);
 const vec3 deep = vec3(0.86, 1.0, 1.16);  // colour of light that has been inside: ice takes the red
-const float wrap = 0.16;           // how far sunlight reaches around the edge of shade, as a cosine
 const float scattering = 0.20;     // share of the sun that was inside before it comes out
 
 // From smoothed depth: the smaller of the two differences along each axis, which does not cross an edge. Shorter than 1
@@ -70,17 +69,17 @@ void main() {
     float raw = texelFetch(raw_depths, at, 0).r, wide = texelFetch(wide_depths, at, 0).r;
     float pit = clamp((raw - depth) / spacing, -0.6, 0.8), hollow = clamp((depth - wide) / (3.0 * spacing), -0.7, 0.9);
     float near = clamp(2.2 * edge / across, 0.1, 1.0);  // a lump of its own shows no pits
-    float loose = 1.0 - smoothstep(0.12, 0.42, outward.a);  // light finds its way between grains, and through what is thin
+    float loose = 1.0 - smoothstep(0.06, 0.32, outward.a);  // light finds its way between grains, and through what is thin
     float open = clamp(1.0 - (1.0 - 0.4 * loose) * (0.30 * near * pit + 0.65 * hollow), 0.3, 1.25);
 
     vec3 lifted = position + 1.2 * spacing * normal;  // or it would lie in its own shade
     vec4 light = light_at(position + spacing * normal);
-    float facing = clamp((dot(normal, to_sun) + wrap) / (1.0 + wrap), 0.0, 1.0);
+    float facing = clamp((dot(normal, to_sun) + snow_wrap) / (1.0 + snow_wrap), 0.0, 1.0);
     float thin = sqrt(spray_transmittance(lifted));  // half of the cloud lies behind
     float direct = facing * sun_visibility(lifted, facing, 0.8 * spacing) * thin * mix(1.0, open, 0.5);
     float past_bodies = texture(shadow_bodies, shadow_position(lifted));
     vec3 inside = past_bodies * light.rgb * deep;  // a cloud scatters on what it takes
-    float scattered = scattering + loose * (0.04 + 0.22 * light.g);
+    float scattered = scattering + loose * (0.02 + 0.08 * light.g);
     vec3 sun = sun_light * (mix(vec3(direct), inside, scattered) + 0.35 * (1.0 - thin) * past_bodies * light.g);
     float seen = open_sky(clamp(light.a * open, 0.0, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));
     seen *= 1.0 + 0.6 * grain_share * dot(grain - normal, brightest_sky());

@@ -26,10 +26,12 @@ void main() {
     float width = depth * sample_tan / sqrt(max(abs(dot(towards, face)), 0.01));
     Matter m = matter_at(position - moved, face, width);
 
-    vec3 lifted = position + 1.5 * shadow_texel * face;  // or it would lie in its own shade
+    // Or it would lie in its own shade; and snow is no darker beneath a single grain that lies on it.
+    vec3 lifted = position + max(1.5 * shadow_texel, m.soft > 0.0 ? 1.2 * spacing : 0.0) * face;
     // The sun that grazes a face reaches neither side of what rises from it.
     float level = max(dot(face, to_sun), 0.0);
-    float facing = max(mix(level, dot(m.normal, to_sun), smoothstep(0.0, 0.2, level)), 0.0);
+    float facing = mix(level, dot(m.normal, to_sun), smoothstep(0.0, 0.2, level));
+    facing = max((facing + m.soft * smoothstep(0.0, 0.2, level)) / (1.0 + m.soft), 0.0);
     float direct = facing * sun_visibility(lifted, facing, 1.5 * shadow_texel) * spray_transmittance(lifted);
     float open = open_to_bodies(position, face);
     float snow_open = light_at(position + spacing * face).a;

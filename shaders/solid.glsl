@@ -10,6 +10,7 @@ struct Matter {
     vec3 normal;
     float mirror;                  // share of light that is mirrored straight on
     float rough;                   // blur of what is mirrored
+    float soft;                    // how far sunlight reaches around the edge of shade, as a cosine
 };
 
 // Is it an end of a cylinder, or the middle of a round one, over whose rim the samples of each go by turns?

@@ -31,7 +31,7 @@ void main() {
     vec3 h = fract(hash * vec3(71.3, 433.1, 191.9) + float(grain) * vec3(0.6180, 0.4142, 0.7321));
     vec3 at = center + (puff || whole ? vec3(0.0) : mix(1.5, 2.4, clamp(2.0 * amount - 1.0, 0.0, 1.0)) * spacing * (h - 0.5));
     float r = whole ? 1.2 * crumb : puff ? puff_radius : spacing * (0.07 + 0.16 * h.x * h.y);
-    float opacity = whole ? 1.0 : puff ? (coloured ? 0.12 : 0.28) * inversesqrt(puff_share) * powder : 0.85 * amount;
+    float opacity = whole ? 1.0 : puff ? (coloured ? 0.12 : 0.20) * inversesqrt(puff_share) * powder : 0.85 * amount;
 
     spray_depth = dot(at - eye, basis[2]);
     float sample_width = max(spray_depth, near_depth) * sample_tan;

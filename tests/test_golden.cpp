@@ -90,11 +90,13 @@ std::vector<GoldenPicture> golden_pictures() {
                                       {"drop_start", golden_picture(), falling, log, at_log},
                                       {"drop_later", golden_picture(), fallen, log, at_log},
                                       {"drop_draft", golden_picture(Quality::draft), fallen, log, at_log}};
-    all.push_back({"bed_start",
-                   golden_picture(),
-                   at_rest({Box{{0, 0.08, 0}, {2.4, 0.16, 1.2}}, Sphere{{-0.35, 0.4, 0.1}, 0.13}}, 0.035),
-                   {solid_of(Plane{})},
-                   {{-0.9, 0.8, 1.9}, {-0.05, 0.1, 0}, 36}});
+    GoldenPicture bed{"bed_start",
+                      golden_picture(),
+                      at_rest({Box{{0, 0.06, 0}, {2.3, 0.12, 1.7}}, Sphere{{-0.55, 0.42, 0}, 0.12}}, 0.032),
+                      {solid_of(Plane{})},
+                      {{0.05, 0.42, 1.1}, {-0.1, 0.2, 0}, 36}};
+    bed.picture.sun_azimuth = 190, bed.picture.sun_elevation = 22;
+    all.push_back(bed);
     all.push_back({"drop_near", golden_picture(), falling, log, {{0.3, 0.6, 0.5}, {0, 0.5, 0}, 30}});
     GoldenPicture coloured{
         "compression_slice", golden_picture(Quality::preview), falling, {solid_of(Plane{})}, at_log};
