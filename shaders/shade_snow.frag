@@ -61,7 +61,10 @@ void main() {
     float across = spacing / (depth * sample_tan), wide_enough = smoothstep(2.0, 5.0, across / edge);
     float grain_share = 0.30 * clamp(1.5 - 0.5 / across, 0.3, 1.0);
     vec3 smooth_normal = normal_of_depth(depths, at, depth);
-    float sure = length(smooth_normal);
+    // A grain that faces the eye where all around is grazed would be a dark speck.
+    float dense = length(outward.xyz), agrees = dot(smooth_normal, outward.xyz) / max(dense * length(smooth_normal), 1e-4);
+    smooth_normal *= mix(1.0, smoothstep(-0.1, 0.8, agrees), smoothstep(0.1, 0.3, dense));
+    float sure = max(length(smooth_normal), 1e-4);
     grain = mix(grain, normalize(smooth_normal + sure * (grain + basis[2])), wide_enough);
     vec3 normal = normalize(mix(smooth_normal, sure * grain, grain_share) + outward.xyz);
 
