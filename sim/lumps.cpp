@@ -50,8 +50,8 @@ Lump lump_at(const Vec3d& x, std::uint64_t seed) {
         if (distance < least) least = distance, own = i, lump.number = number;
     }
     for (int i = 0; i < 27; ++i) {  // to the plane half way between two points
-        const double gap = (points[i] - x).squaredNorm() - least;
-        if (i != own) lump.depth = std::min(lump.depth, gap / (2 * (points[i] - points[own]).norm()));
+        const double gap = (points[i] - x).squaredNorm() - least, apart = (points[i] - points[own]).norm();
+        if (apart > 0) lump.depth = std::min(lump.depth, gap / (2 * apart));
     }
     return lump;
 }

@@ -2,8 +2,6 @@
 #include "render/enlarged.h"
 #include "tests/small_pictures.h"
 
-#include <tuple>
-
 using namespace firn;
 
 TEST_CASE("a shadow falls away from the sun", "[renderer]") {
@@ -277,28 +275,6 @@ std::vector<int> sparks(const Image& image) {
 }
 
 }  // namespace
-
-TEST_CASE("snow is even to the eye that grazes it: particles do not show as beads", "[renderer]") {
-    std::vector<float> bed;  // spread unevenly, about two to a cube of the spacing's edge
-    for (int i = 0; i < 24'000; ++i)
-        for (const auto& [number, extent, from] :
-             {std::tuple(0.8191725, 1.2, -0.6), {0.6710436, 0.1, 0.0}, {0.5497005, 0.8, -0.4}})
-            bed.push_back(static_cast<float>(from + extent * std::fmod(i * number, 1.0)));
-    for (const Quality quality : {Quality::preview, Quality::final}) {
-        const auto renderer = renderer_for(small_picture(quality));
-        if (!renderer) return;
-        const Image image = renderer->draw({bed, {}, spacing}, ground, {{0, 0.32, 1.1}, {0, 0.1, 0}, 30}, 0);
-        double sum = 0, steps = 0;
-        for (int y = 36; y < 52; ++y)
-            for (int x = 40; x < 120; ++x) {
-                sum += brightness(image, x, y);
-                steps += std::abs(brightness(image, x, y) - brightness(image, x, y + 1));
-            }
-        CAPTURE(int(quality), sum / (16 * 80), steps / sum);
-        CHECK(steps / sum < (quality == Quality::final ? 0.0095 : 0.016));  // twice as much with beads
-        CHECK(steps / sum > 0.003);                                        // but there is grain
-    }
-}
 
 TEST_CASE("a particle eighteen pixels wide has grain finer than itself", "[renderer]") {
     const auto renderer = renderer_for(small_picture(Quality::final));

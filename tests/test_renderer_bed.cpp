@@ -1,0 +1,83 @@
+#include "tests/small_pictures.h"
+
+#include <algorithm>
+#include <tuple>
+#include <vector>
+
+using namespace firn;
+
+namespace {
+
+/// A bed 0.1 m deep, its particles spread unevenly, about two to a cube of the spacing's edge; along its middle a drift
+/// rises above it.
+std::vector<float> bed(float drift = 0) {
+    std::vector<float> x;
+    for (int i = 0; i < 24'000; ++i)
+        for (const auto& [number, extent, from] :
+             {std::tuple(0.8191725, 1.2, -0.6), {0.6710436, 0.1, 0.0}, {0.5497005, 0.8, -0.4}})
+            x.push_back(static_cast<float>(from + extent * std::fmod(i * number, 1.0)));
+    for (std::size_t p = 0; p < x.size(); p += 3)
+        x[p + 1] *= 1 + drift / 0.1f * std::exp(-40 * x[p + 2] * x[p + 2]);
+    return x;
+}
+
+const Camera above{{0, 0.32, 1.1}, {0, 0.1, 0}, 30};
+
+/// Brightness of what `above` sees of the bed.
+double mean_of_bed(const Image& image) {
+    double sum = 0;
+    for (int y = 36; y < 52; ++y)
+        for (int x = 40; x < 120; ++x) sum += brightness(image, x, y) / (16 * 80);
+    return sum;
+}
+
+}  // namespace
+
+TEST_CASE("snow is even to the eye that grazes it: particles do not show as beads", "[renderer]") {
+    for (const Quality quality : {Quality::preview, Quality::final}) {
+        const auto renderer = renderer_for(small_picture(quality));
+        if (!renderer) return;
+        const Image image = renderer->draw({bed(), {}, spacing}, ground, above, 0);
+        double steps = 0;
+        for (int y = 36; y < 52; ++y)
+            for (int x = 40; x < 120; ++x)
+                steps += std::abs(brightness(image, x, y) - brightness(image, x, y + 1)) / (16 * 80);
+        CAPTURE(int(quality), mean_of_bed(image), steps);
+        CHECK(steps / mean_of_bed(image) <
+              (quality == Quality::final ? 0.0095 : 0.016));  // twice as much with beads
+        CHECK(steps / mean_of_bed(image) > 0.003);            // but there is grain
+    }
+}
+
+TEST_CASE("a bed of snow is as bright as ground of snow in its place, whatever the sun's height",
+          "[renderer]") {
+    for (const double elevation : {15.0, 32.0, 60.0}) {
+        Picture picture = small_picture(Quality::final);
+        picture.sun_elevation = elevation;
+        const auto renderer = renderer_for(picture);
+        if (!renderer) return;
+        const double particles = mean_of_bed(renderer->draw({bed(), {}, spacing}, ground, above, 0));
+        const double plane =
+            mean_of_bed(renderer->draw({{}, {}, spacing}, {{{Plane{{0, 0.1, 0}, {0, 1, 0}}}}}, above, 0));
+        CAPTURE(elevation, particles, plane);
+        CHECK(std::abs(particles - plane) < 8);
+    }
+}
+
+TEST_CASE("no grain is a dark speck on snow that is grazed behind a drift", "[renderer]") {
+    Picture picture = small_picture(Quality::final);
+    picture.width = 320, picture.height = 180;
+    const auto renderer = renderer_for(picture);
+    if (!renderer) return;
+    const Image image =
+        renderer->draw({bed(0.04f), {}, spacing}, ground, {{0, 0.27, 1.6}, {0, 0.1, 0}, 24}, 0);
+    int specks = 0;
+    for (int y = 60; y < 110; ++y)
+        for (int x = 80; x < 240; ++x) {
+            std::vector<double> around;
+            for (int i = -4; i <= 4; ++i) around.push_back(brightness(image, x + i, y));
+            std::nth_element(around.begin(), around.begin() + 4, around.end());
+            specks += brightness(image, x, y) < around[4] - 20;
+        }
+    CHECK(specks < 50);  // about a hundred if each grain is as sure of its face as any
+}
