@@ -107,7 +107,7 @@ static double probe(const LoadedScene& loaded, double h, ParticleSet particles) 
 // Seconds to draw and encode a picture on two cores without a GPU.
 static double picture_seconds(const Picture& picture, double particles) {
     const double samples = picture.quality == Quality::final ? 4 : 1;
-    return 0.03 + 2.5e-7 * picture.width * picture.height * samples + 4e-7 * particles;
+    return 0.03 + picture.motion_samples * (2.5e-7 * picture.width * picture.height * samples + 4e-7 * particles);
 }
 
 Estimate estimate(const LoadedScene& loaded, const std::filesystem::path& output) {

@@ -165,14 +165,14 @@ template <class V> void describe(V& v, Snow& s) {
     v.key({"theta_c", "critical compression; larger is chunky, smaller powdery", "", at_least(0).below(1)},
           s.theta_c);
     v.key({"theta_s", "critical stretch; very large is elastic", "", at_least(0).up_to(1e9)}, s.theta_s);
-    v.key({"rho", "density at the start", "kg/m^3", above(0).up_to(1e6)}, s.rho);
+    v.key({"rho", "density at the start, of even snow", "kg/m^3", above(0).up_to(1e6)}, s.rho);
     v.key({"max_density", "of ice: snow packed denser hardens no further; 1e9 for the paper's endless hardening",
            "kg/m^3", above(0).up_to(1e9)}, s.max_density);
 }
 
 template <class V> void describe(V& v, Lumps& l) {
     v.key({"size", "their mean width; some cells of the grid at least, to be felt", "m", lengths, true}, l.size);
-    v.key({"core", "J_P within the firmest; smaller is harder and denser", "", at_least(0.1).up_to(10)}, l.core);
+    v.key({"core", "J_P within the firmest; smaller is harder and denser", "", at_least(0.4).up_to(10)}, l.core);
     v.key({"seam", "J_P between lumps; larger is weaker", "", at_least(0.1).up_to(10)}, l.seam);
 }
 

@@ -61,7 +61,11 @@ static ParticleSet make_body(const LoadedScene& loaded, std::size_t i, double h)
     ParticleSet set = file != loaded.files.end()
                           ? from_file(file->second, body, material->second.rho, h, index)
                           : sample(body, material->second.rho, h, loaded.scene.seed + i, index);
-    if (body.lumps) pack_in_lumps(set, *body.lumps, loaded.scene.seed + i);
+    if (!body.lumps) return set;
+    const Vec3d even = centre_of_mass(set);
+    pack_in_lumps(set, *body.lumps, loaded.scene.seed + i);
+    const Vec3d shift = body.angular_velocity.cross(even - centre_of_mass(set));  // it turns about its own centre
+    for (Vec3d& v : set.v) v += shift;
     return set;
 }
 

@@ -63,8 +63,8 @@ void main() {
     vec3 smooth_normal = normal_of_depth(depths, at, depth);
     // A grain that faces the eye where all around is grazed would be a dark speck.
     float dense = length(outward.xyz), agrees = dot(smooth_normal, outward.xyz) / max(dense * length(smooth_normal), 1e-4);
-    smooth_normal *= mix(1.0, smoothstep(-0.1, 0.8, agrees), smoothstep(0.1, 0.3, dense));
-    float sure = max(length(smooth_normal), 1e-4);
+    smooth_normal *= mix(1.0, max(smoothstep(-0.1, 0.8, agrees), 0.001), smoothstep(0.1, 0.3, dense));
+    float sure = length(smooth_normal);
     grain = mix(grain, normalize(smooth_normal + sure * (grain + basis[2])), wide_enough);
     vec3 normal = normalize(mix(smooth_normal, sure * grain, grain_share) + outward.xyz);
 

@@ -38,18 +38,18 @@ struct Lump {
 
 Lump lump_at(const Vec3d& x, std::uint64_t seed) {
     const Vec3d cell = x.array().floor();
-    std::array<Vec3d, 27> points;
+    std::array<Vec3d, 125> points;  // one in each cell: the nearest is within √3, and beyond two cells none matters
     Lump lump{std::numeric_limits<double>::infinity()};
     double least = lump.depth;
     int own = 0;
-    for (int i = 0; i < 27; ++i) {
-        const Vec3d at = cell + Vec3d(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+    for (int i = 0; i < 125; ++i) {
+        const Vec3d at = cell + Vec3d(i % 5 - 2, i / 5 % 5 - 2, i / 25 - 2);
         const std::uint64_t number = number_of(at, seed);
         points[i] = at + Vec3d(uniform(number, 0), uniform(number, 1), uniform(number, 2));
         const double distance = (points[i] - x).squaredNorm();
         if (distance < least) least = distance, own = i, lump.number = number;
     }
-    for (int i = 0; i < 27; ++i) {  // to the plane half way between two points
+    for (int i = 0; i < 125; ++i) {  // to the plane half way between two points
         const double gap = (points[i] - x).squaredNorm() - least, apart = (points[i] - points[own]).norm();
         if (apart > 0) lump.depth = std::min(lump.depth, gap / (2 * apart));
     }
@@ -71,7 +71,8 @@ double packed_Jp(const Lumps& lumps, const Vec3d& x, std::uint64_t seed) {
 }
 
 void pack_in_lumps(ParticleSet& set, const Lumps& lumps, std::uint64_t seed) {
-    for (std::size_t p = 0; p < set.size(); ++p) {
+#pragma omp parallel for
+    for (std::ptrdiff_t p = 0; p < static_cast<std::ptrdiff_t>(set.size()); ++p) {
         const double Jp = packed_Jp(lumps, set.x[p], seed);
         set.Jp[p] *= Jp, set.m[p] /= Jp, set.V0[p] /= Jp;
     }

@@ -193,7 +193,8 @@ template <class Real, Weights kind, Transfer transfer>
     return seen;
 }
 
-/// Step 2:  ρ_p = Σ_i m_i w_ip / h³,  V_p⁰ = m_p / ρ_p, for particles that have no volume yet.
+/// Step 2:  ρ_p = Σ_i m_i w_ip / h³,  V_p⁰ = m_p / ρ_p, for particles that have no volume yet; m_p / ρ_p is the volume
+/// now, J times V_p⁰, where J = det F_E J_P is not 1 at the start.
 template <Weights kind, class Real> void set_volumes(Particles<Real>& ps, const Grid<Real>& grid) {
     gather_blocks<BSpline<kind>::width>(grid.blocks, grid.nodes, [&](std::size_t n, const auto& tile) {
         const ParticleBlock& b = grid.blocks.particle_blocks[n];
@@ -205,7 +206,8 @@ template <Weights kind, class Real> void set_volumes(Particles<Real>& ps, const 
             for (int l = 0; l < count; ++l) {
                 const std::size_t slot = std::size_t(lanes) * g + l;
                 const Real rho = interpolate(tile, r, l).value[3] / (grid.h * grid.h * grid.h);
-                if (!(ps.V0.at(slot) > 0)) ps.V0.at(slot) = ps.m.at(slot) / rho;
+                if (ps.V0.at(slot) > 0) continue;
+                ps.V0.at(slot) = ps.m.at(slot) / rho / (determinant(matrix_of(ps.Fe, slot)) * ps.Jp.at(slot));
             }
         }
     });

@@ -149,7 +149,7 @@ struct World {
         for (Particle& p : particles) {
             double rho = 0;
             for (const Node& i : nodes) rho += i.m * w(i, p) / (h * h * h);
-            p.V0 = p.m / rho;
+            p.V0 = p.m / rho / (p.F_E * p.F_P).determinant();
         }
     }
 

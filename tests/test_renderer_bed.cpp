@@ -44,7 +44,7 @@ TEST_CASE("snow is even to the eye that grazes it: particles do not show as bead
                 steps += std::abs(brightness(image, x, y) - brightness(image, x, y + 1)) / (16 * 80);
         CAPTURE(int(quality), mean_of_bed(image), steps);
         CHECK(steps / mean_of_bed(image) <
-              (quality == Quality::final ? 0.0095 : 0.016));  // twice as much with beads
+              (quality == Quality::final ? 0.0095 : 0.016));  // more with beads
         CHECK(steps / mean_of_bed(image) > 0.003);            // but there is grain
     }
 }
