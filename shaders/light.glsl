@@ -129,7 +129,7 @@ vec3 bounce_by_normal(vec3 normal, float sunlit) {
 // Film's answer to light: a toe, contrast, and a shoulder that is never quite white.
 vec3 develop(vec3 light) {
     vec3 x = exposure * max(light, vec3(0.0));
-    return 1.0 - exp(-1.55 * pow(x, vec3(1.5)));
+    return 1.0 - exp(-1.55 * pow(x, vec3(1.45)));
 }
 
 // Of a surface that bright snow stands before.

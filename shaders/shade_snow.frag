@@ -59,7 +59,7 @@ void main() {
     vec4 outward = texture(snow_outward, (position - volume_origin) / volume_size);
     // Where a sample is wide, grain is finer than it; a particle wider than a few pixels is no grain, but has some.
     float across = spacing / (depth * sample_tan), wide_enough = smoothstep(2.0, 5.0, across / edge);
-    float grain_share = 0.30 * clamp(1.5 - 0.5 / across, 0.3, 1.0);
+    float grain_share = 0.22 * clamp(1.5 - 0.5 / across, 0.3, 1.0);
     vec3 smooth_normal = normal_of_depth(depths, at, depth);
     // A grain that faces the eye where all around is grazed would be a dark speck.
     float dense = length(outward.xyz), agrees = dot(smooth_normal, outward.xyz) / max(dense * length(smooth_normal), 1e-4);
@@ -73,7 +73,7 @@ void main() {
     float pit = clamp((raw - depth) / spacing, -0.6, 0.8), hollow = clamp((depth - wide) / (3.0 * spacing), -0.7, 0.9);
     float near = clamp(2.2 * edge / across, 0.1, 1.0);  // a lump of its own shows no pits
     float loose = 1.0 - smoothstep(0.06, 0.32, outward.a);  // light finds its way between grains, and through what is thin
-    float open = clamp(1.0 - (1.0 - 0.4 * loose) * (0.30 * near * pit + 0.65 * hollow), 0.3, 1.25);
+    float open = clamp(1.0 - (1.0 - 0.4 * loose) * (0.20 * near * pit + 0.65 * hollow), 0.3, 1.25);
 
     vec3 lifted = position + 1.2 * spacing * normal;  // or it would lie in its own shade
     vec4 light = light_at(position + spacing * normal);

@@ -53,7 +53,7 @@ TEST_CASE("lumps are firm within, weak where they meet, and as wide as is asked 
     CHECK(std::isfinite(packed_Jp(lumps, {1e300, -1e20, 0}, 1)));
 }
 
-TEST_CASE("lumps have no steps: J_P changes by less than its range over an eighth of the smaller ones",
+TEST_CASE("lumps have no steps: J_P changes by less than its range over an eighth of their width",
           "[lumps]") {
     const Lumps lumps{1, 0, 1};
     const double apart = 0.01, steepest = 1 / 0.125;  // 0.25 · 2 / 0.125 of the smaller ones

@@ -44,7 +44,7 @@ TEST_CASE("snow is even to the eye that grazes it: particles do not show as bead
                 steps += std::abs(brightness(image, x, y) - brightness(image, x, y + 1)) / (16 * 80);
         CAPTURE(int(quality), mean_of_bed(image), steps);
         CHECK(steps / mean_of_bed(image) <
-              (quality == Quality::final ? 0.0095 : 0.016));  // more with beads
+              (quality == Quality::final ? 0.008 : 0.014));  // twice as much with beads
         CHECK(steps / mean_of_bed(image) > 0.003);            // but there is grain
     }
 }
@@ -79,5 +79,5 @@ TEST_CASE("no grain is a dark speck on snow that is grazed behind a drift", "[re
             std::nth_element(around.begin(), around.begin() + 4, around.end());
             specks += brightness(image, x, y) < around[4] - 20;
         }
-    CHECK(specks < 50);  // about a hundred if each grain is as sure of its face as any
+    CHECK(specks < 40);  // about a hundred if each grain is as sure of its face as any
 }

@@ -183,6 +183,7 @@ TEST_CASE("A shape must be one that can stand there", "[scene]") {
         {body("sphere"), "2:18", {"must be a mapping with one of: sphere"}},
         {body("{union: []}"), "2:26", {"one at least"}},
         {body("{cylinder: {from: [0, 0, 0], to: [0, 0, 0], radius: 1}}"), "2:29", {"the same point"}},
+        {body("{sphere: {radius: 1}}, lumps: {size: 0.3, core: 1.2, seam: 1.1}"), "2:48", {"seam is less than core"}},
         {collider("{ellipsoid: {radii: [1, 1, 1]}}"),
          "3:22",
          {"cannot be a collider; allowed: sphere, plane, box, cylinder, capsule"}},
