@@ -177,6 +177,18 @@ TEST_CASE("A file of particles gives what it has; the body completes the rest", 
     CHECK(set.v[1] == Vec3d(1, 3, 0));
 }
 
+TEST_CASE("A body of lumps turns about its own centre of mass", "[scene]") {
+    const auto loaded = load(
+        "grid_spacing: 0.05\n"
+        "bodies: [{shape: {sphere: {radius: 0.2}}, velocity: [1, 2, 3], angular_velocity: [0, 0, 50], "
+        "lumps: {size: 0.2, core: 0.6, seam: 2}}]\n");
+    const ParticleSet set = make_particles(loaded, 0.05).particles;
+    Vec3d momentum = Vec3d::Zero();
+    double mass = 0;
+    for (std::size_t p = 0; p < set.size(); ++p) momentum += set.m[p] * set.v[p], mass += set.m[p];
+    CHECK((momentum / mass - Vec3d(1, 2, 3)).norm() < 1e-12);
+}
+
 TEST_CASE("Bodies without particles are refused, overlaps are told", "[scene]") {
     const auto tiny = load(
         "grid_spacing: 0.1\nbodies:\n  - shape: {sphere: {radius: 0.2}}\n  - shape: {sphere: {radius: "
