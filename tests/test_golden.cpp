@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Mean ꟻLIP, on the driver that drew the golden ones. A sun that is 10° off makes 0.031 to 0.106, no shadow 0.014 to
-/// 0.064. Mesa's softpipe, which filters textures otherwise, is off by 0.013 to 0.027 and looks the same.
+/// Mean ꟻLIP, on the driver that drew the golden ones. A sun that is 10° off makes 0.031 to 0.102, no shadow 0.014 to
+/// 0.063. Mesa's softpipe, which filters textures otherwise, is off by 0.013 to 0.027 and looks the same.
 constexpr double tolerance = 0.01, tolerance_elsewhere = 0.03;
 
 struct State {
