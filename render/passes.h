@@ -74,6 +74,7 @@ struct Frame {
     ShadowView shadow;
     Eigen::Vector3f to_sun;
     SkyLight light;
+    Eigen::Vector3f snow_up;                     ///< normal of the ground where it is of snow, or 0.
     Eigen::Vector3f ground;                      ///< light that comes back from it, as a share of what snow returns.
     std::vector<SolidGroup> solids;
     std::vector<GlassPlate> glass;
@@ -161,7 +162,7 @@ struct Renderer::Passes {
         mesh_program{{"mesh.vert"}, {"mesh.frag"}}, plane_program{{"full_screen.vert"}, {"plane.frag"}},
         splat_program{{"splat.vert"}, {"splat.frag"}, {{"faces", 0}}},
         near_splat_program{{"splat.vert"}, {"splat.frag"}, {{"faces", 1}}}, smooth_program{{"full_screen.vert"}, {"smooth.frag"}},
-        sky_program{{"full_screen.vert"}, {"light.glsl", "shade_sky.frag"}},
+        sky_program{{"full_screen.vert"}, {"light.glsl", "country.glsl", "shade_sky.frag"}},
         glass_program{{"mesh.vert"}, {"light.glsl", "glass.frag"}},
         puff_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 1}, {"lines", 0}}},
         grain_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 0}}},

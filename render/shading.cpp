@@ -24,7 +24,7 @@ const Program& Renderer::Passes::solid_program(Look look, const BodyDistances& b
         {Look::tiles, "tiles"}, {Look::concrete, "concrete"}, {Look::metal, "metal"},
     };
     const std::string file = "look_" + names.at(look) + ".glsl";
-    return shading_program(file, {"light.glsl", "bodies.glsl", "solid.glsl", file, "shade_solid.frag"},
+    return shading_program(file, {"light.glsl", "country.glsl", "bodies.glsl", "solid.glsl", file, "shade_solid.frag"},
                            bodies);
 }
 
@@ -70,6 +70,7 @@ void Renderer::Passes::shade(const Frame& frame) {
         const Program& program = solid_program(frame.solids[i].look, frame.bodies);
         shade_kind(kind_solid + static_cast<GLint>(i), program);
         program.set("moved", frame.solids[i].moved);
+        program.set("snow_up", frame.snow_up);
         program.set("lie", frame.solids[i].lie);
         program.set("axis", frame.solids[i].axis);
         glDrawArrays(GL_TRIANGLES, 0, 3);

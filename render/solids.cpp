@@ -98,19 +98,23 @@ SolidGroup& group_of(std::vector<SolidGroup>& groups, Look look, const Vector3f&
     return groups.back();
 }
 
-/// Where there is no ground, a country of snow.
-Vector3f ground_of(const std::vector<Solid>& solids) {
+/// The first plane that one can stand on, or none.
+const Solid* ground_of(const std::vector<Solid>& solids) {
     for (const Solid& solid : solids) {
         const Plane* plane = std::get_if<Plane>(&solid.shape.kind());
-        if (plane && plane->normal.normalized().y() >= 0.5) return mean_colour(shown_look(solid));
+        if (plane && plane->normal.normalized().y() >= 0.5) return &solid;
     }
-    return Vector3f::Ones();
+    return nullptr;
 }
 
 }  // namespace
 
 void Renderer::Passes::prepare_solids(Frame& frame, const std::vector<Solid>& solids, double time) {
-    frame.ground = ground_of(solids);
+    const Solid* ground = ground_of(solids);
+    frame.ground = ground ? mean_colour(shown_look(*ground)) : Vector3f::Ones();  // else a country of snow
+    frame.snow_up = Vector3f::Zero();
+    if (ground && shown_look(*ground) == Look::snow)
+        frame.snow_up = std::get<Plane>(ground->shape.kind()).normal.normalized().cast<float>();
     std::vector<Vertex> all, glass;
     for (const Solid& solid : solids) {
         const Vec3d moved = time * solid.velocity;

@@ -14,12 +14,12 @@ void main() {
     float fresnel = 0.04 + 0.96 * pow(1.0 - facing, 5.0);
     vec3 mirror_way = reflect(towards, normal);
     vec3 up = sky(vec3(mirror_way.x, abs(mirror_way.y), mirror_way.z));
-    vec3 seen = mirror_way.y > 0.0 ? up : 0.7 * (sun_light * max(to_sun.y, 0.0) + sky_light);
+    vec3 seen = mirror_way.y > 0.0 ? up : 0.7 * light_on_level();
     vec3 half_way = normalize(to_sun - towards);
     vec3 gloss = sun_light * 6.0 * pow(max(dot(half_way, normal), 0.0), 600.0);
     float path = min(max_depth_inside / max(facing, 0.25), 4.0 * max_depth_inside);
     vec3 passed = exp(-path * vec3(4.0, 1.2, 2.0)) * (1.0 - fresnel);
-    vec3 own = 0.10 * (vec3(1.0) - passed) * (sky_light + sun_light * max(to_sun.y, 0.0));
+    vec3 own = 0.10 * (vec3(1.0) - passed) * light_on_level();
     out_light = vec4(develop(fresnel * (seen + gloss) + own), 0.0);
     out_passed = vec4(passed, 1.0);
     gl_FragDepth = buffer_depth(depth);

@@ -1,6 +1,7 @@
 uniform sampler2D depths;
 uniform sampler2D surface;         // normal
 uniform vec3 moved;                // of the body since the start: its pattern goes along [m]
+uniform vec3 snow_up;              // normal of the ground where it is of snow, or 0
 
 out vec4 out_light;
 
@@ -17,6 +18,23 @@ Matter matter_at(vec3 position, vec3 n, float width) {
     return matter_of(at, n, u, v, width / narrow);
 }
 
+// Over a ground of snow, wind has left some on what is level.
+Matter with_snow(Matter bare, vec3 position, vec3 face, float width) {
+    float level = dot(snow_up, face);
+    int lies = bare.soft == 0.0 && level > 0.75 ? 1 : 0;
+    for (int once = 0; once < lies; ++once) {
+        vec2 at = position.xz - moved.xz;
+        vec3 broad = noise_at(at, 250.0 * spacing, width), fine = noise_at(at.yx, 60.0 * spacing, width), grain = noise_at(at, 19.0 * spacing, width);
+        float cover = smooth_edge(broad.z + 0.5 * fine.z + 0.5 * grain.z + 10.0 * (level - 1.0), 0.4, 0.8);
+        vec2 slope = 0.03 * fine.xy + 0.10 * grain.xy;
+        bare.albedo = mix(bare.albedo, vec3(0.928, 0.942, 0.960), cover);
+        bare.normal = normalize(mix(bare.normal, face - vec3(slope.x, 0.0, slope.y), cover));
+        bare.mirror *= 1.0 - cover;
+        bare.soft = cover * snow_wrap;
+    }
+    return bare;
+}
+
 void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
     float depth = texelFetch(depths, texel, 0).r;
@@ -24,7 +42,7 @@ void main() {
     vec3 position = eye + depth * ray, towards = normalize(ray);
     vec3 face = normalize(texelFetch(surface, texel, 0).xyz * 2.0 - 1.0);
     float width = depth * sample_tan / sqrt(max(abs(dot(towards, face)), 0.01));
-    Matter m = matter_at(position - moved, face, width);
+    Matter m = with_snow(matter_at(position - moved, face, width), position, face, width);
 
     // Or it would lie in its own shade; and snow is no darker beneath a single grain that lies on it.
     vec3 lifted = position + max(1.5 * shadow_texel, m.soft > 0.0 ? 1.2 * spacing : 0.0) * face;

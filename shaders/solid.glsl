@@ -1,6 +1,5 @@
 // What grounds and bodies are made of, without pictures: from one tile of noise at several sizes. Each look has a
 // shader of its own, since software that draws takes every branch.
-uniform sampler2D relief;          // slopes and height, in standard deviations
 uniform sampler3D snow_outward;    // −∇ρ over two cells; ρ in alpha
 uniform mat3 lie;                  // columns: along the body, up, and across
 uniform vec4 axis;                 // of what is round about its length: a point on it, radius; 0 of what is flat [m]
@@ -94,6 +93,7 @@ vec4 mirrored_snow(vec3 from, vec3 way, float reach) {
 // The sky in a surface that is not quite smooth; what lies below the horizon is the ground.
 vec3 mirrored_country(vec3 direction, float rough) {
     vec3 up = sky(normalize(direction + vec3(0.0, 0.5 * rough, 0.0)));
+    up = country_before(up, direction, 0.02 + 0.2 * rough);
     vec3 even = sky_by_normal(direction) + bounce_by_normal(direction, 1.0);
     return mix(mix(0.8 * ground * even, up, smoothstep(-0.15 * rough - 0.02, 0.15 * rough + 0.02, direction.y)), even, 0.6 * rough);
 }
