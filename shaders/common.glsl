@@ -17,5 +17,8 @@ vec3 ray_through(vec2 sample_position) {
 
 vec3 position_of(vec2 sample_position, float depth) { return eye + depth * ray_through(sample_position); }
 
+// 1 below the lower edge, 0 above the upper one.
+float fading(float lower, float upper, float x) { return 1.0 - smoothstep(lower, upper, x); }
+
 // How the surface buffer holds a normal.
 vec4 surface_of(vec3 normal) { return vec4(0.5 + 0.5 * normal, 1.0); }

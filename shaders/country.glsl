@@ -16,14 +16,17 @@ vec3 country_before(vec3 colour, vec3 direction, float blur) {
         float slope = swell(around, 11.0, 0.6 + 2.0 * high), woods = swell(around, 200.0, 0.8 + 20.0 * high) + 2.0 * slope;
         vec3 far_off = light * mix(vec3(0.86) + 0.1 * slope, vec3(0.35, 0.39, 0.41), 0.7 * smoothstep(0.5, 2.5, woods));
         far_off = mix(far_off, mist, 0.45 + 0.4 * exp(-50.0 * max(high, 0.0)));
-        colour = mix(colour, far_off, smoothstep(hill + blur, hill - blur, high));
+        colour = mix(colour, far_off, fading(hill - blur, hill + blur, high));
 
         float clump = swell(around, 5.0, 0.25), edge = 0.008 + 0.016 * clump;
         float wood = edge + 0.004 + 0.0025 * swell(around, 60.0, 0.5) + 0.0035 * abs(swell(around, 170.0, 0.7)) + 0.002 * swell(around, 400.0, 0.9);
         float frosted = 0.5 + 0.5 * swell(around, 180.0, 10.0 * high);
         vec3 near = light * vec3(0.045, 0.055, 0.055) * (1.0 + 2.0 * frosted);
         near = mix(near, mist, 0.30 + 0.35 * exp(-120.0 * max(high, 0.0)));
-        colour = mix(colour, near, smoothstep(wood + blur, wood - blur, high) * smoothstep(-0.001, 0.006, edge));
+        colour = mix(colour, near, fading(wood - blur, wood + blur, high) * smoothstep(-0.001, 0.006, edge));
+
+        float rise = 0.002 + 0.003 * swell(around, 3.0, 0.33) + 0.0008 * swell(around, 17.0, 0.62);
+        colour = mix(colour, mix(0.85 * light, mist, 0.55), fading(rise - 0.5 * blur, rise + 0.5 * blur, high));
     }
     return colour;
 }

@@ -1,11 +1,11 @@
 // Bark: plates along what is round, with furrows between them.
 Matter bark(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
-    vec3 plate = noise_at(vec2(0.11, 1.0) * at, 0.33, width), rough = noise_at(vec2(0.3, 1.0) * at, 0.09, width);
+    vec3 plate = noise_at(vec2(0.16, 1.0) * at, 0.23, width), rough = noise_at(vec2(0.35, 1.0) * at, 0.06, width);
     vec3 moss = noise_at(at, 1.1, width);
-    float ridge = plate.z + 0.5 * rough.z, furrow = smoothstep(0.8, 0.0, abs(ridge));
+    float ridge = plate.z + 0.7 * rough.z, furrow = fading(0.0, 0.7, abs(ridge));
     vec3 colour = mix(vec3(0.235, 0.175, 0.125), vec3(0.26, 0.235, 0.205), smoothstep(-1.0, 1.5, moss.z));
-    colour = mix(colour * (1.0 + 0.12 * rough.z), vec3(0.060, 0.043, 0.031), 0.85 * furrow);
-    vec2 slope = 0.22 * sign(ridge) * plate.xy * vec2(0.11, 1.0) + 0.16 * rough.xy;
+    colour = mix(colour * (1.0 + 0.15 * rough.z), vec3(0.075, 0.056, 0.042), 0.8 * furrow);
+    vec2 slope = 0.22 * sign(ridge) * plate.xy * vec2(0.16, 1.0) + 0.16 * rough.xy;
     return Matter(colour, normalize(n + slope.x * u + slope.y * v), 0.0, 1.0, 0.0);
 }
 

@@ -13,7 +13,7 @@ out vec4 out_light;
 
 const vec3 albedo = vec3(0.965, 0.972, 0.98);
 const vec3 deep = vec3(0.86, 1.0, 1.16);  // colour of light that has been inside: ice takes the red
-const float scattering = 0.20;     // share of the sun that was inside before it comes out
+const float scattering = 0.18;     // share of the sun that was inside before it comes out
 
 // From smoothed depth: the smaller of the two differences along each axis, which does not cross an edge. Shorter than 1
 // where it is steep: one sample beside an edge on either side tells little.
@@ -42,11 +42,11 @@ vec3 hash_of(vec3 cell) {
 // Crystals that mirror the sun: one facet in every cell of space, so that they rest with the snow whatever the camera
 // does. A cell is at least four samples wide; from afar, where a particle has less than three, there are none.
 float glint(vec3 position, vec3 normal, vec3 half_way, float width) {
-    float near = smoothstep(0.35, 0.18, width / spacing);
-    float cell = exp2(ceil(log2(max(4.0 * width, 0.25 * spacing))));
+    float near = fading(0.18, 0.35, width / spacing);
+    float cell = exp2(ceil(log2(max(3.0 * width, 0.25 * spacing))));
     vec3 at = position / cell, h = hash_of(floor(at));
     float mirrored = smoothstep(0.9965, 0.9990, dot(normalize(normal + 1.6 * h - 0.8), half_way));
-    return near * mirrored * smoothstep(0.45, 0.25, length(fract(at) - 0.5));
+    return near * mirrored * (0.2 + 0.8 * fract(7.0 * h.x)) * fading(0.1, 0.45, length(fract(at) - 0.5));
 }
 
 void main() {
@@ -59,7 +59,7 @@ void main() {
     vec4 outward = texture(snow_outward, (position - volume_origin) / volume_size);
     // Where a sample is wide, grain is finer than it; a particle wider than a few pixels is no grain, but has some.
     float across = spacing / (depth * sample_tan), wide_enough = smoothstep(2.0, 5.0, across / edge);
-    float grain_share = 0.22 * clamp(1.5 - 0.5 / across, 0.3, 1.0);
+    float grain_share = 0.20 * clamp(1.5 - 0.5 / across, 0.3, 1.0);
     vec3 smooth_normal = normal_of_depth(depths, at, depth);
     // A grain that faces the eye where all around is grazed would be a dark speck.
     float dense = length(outward.xyz), agrees = dot(smooth_normal, outward.xyz) / max(dense * length(smooth_normal), 1e-4);
@@ -72,8 +72,8 @@ void main() {
     float raw = texelFetch(raw_depths, at, 0).r, wide = texelFetch(wide_depths, at, 0).r;
     float pit = clamp((raw - depth) / spacing, -0.6, 0.8), hollow = clamp((depth - wide) / (3.0 * spacing), -0.7, 0.9);
     float near = clamp(2.2 * edge / across, 0.1, 1.0);  // a lump of its own shows no pits
-    float loose = 1.0 - smoothstep(0.06, 0.32, outward.a);  // light finds its way between grains, and through what is thin
-    float open = clamp(1.0 - (1.0 - 0.4 * loose) * (0.20 * near * pit + 0.65 * hollow), 0.3, 1.25);
+    float loose = fading(0.06, 0.32, outward.a);  // light finds its way between grains, and through what is thin
+    float open = clamp(1.0 - (1.0 - 0.4 * loose) * (0.17 * near * pit + 0.65 * hollow), 0.3, 1.25);
 
     vec3 lifted = position + 1.2 * spacing * normal;  // or it would lie in its own shade
     vec4 light = light_at(position + spacing * normal);
@@ -84,7 +84,7 @@ void main() {
     // The more obliquely the sun falls, the less of it gets in; what is loose takes it from all sides.
     float let_in = clamp((dot(outward.xyz, to_sun) / max(dense, 1e-4) + 0.5) / 1.5, 0.1, 1.0);
     vec3 inside = past_bodies * light.rgb * deep * mix(1.0, let_in, smoothstep(0.02, 0.1, dense) * (1.0 - loose));
-    float scattered = scattering + loose * (0.02 + 0.08 * light.g);
+    float scattered = scattering + loose * (0.02 + 0.06 * light.g);
     vec3 sun = sun_light * (mix(vec3(direct), inside, scattered) + 0.35 * (1.0 - thin) * past_bodies * light.g);
     float seen = open_sky(clamp(light.a * open, 0.0, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));
     seen *= 1.0 + 0.6 * grain_share * dot(grain - normal, brightest_sky());

@@ -31,7 +31,7 @@ void main() {
     vec3 h = fract(hash * vec3(71.3, 433.1, 191.9) + float(grain) * vec3(0.6180, 0.4142, 0.7321));
     vec3 at = center + (puff || whole ? vec3(0.0) : mix(1.5, 2.4, clamp(2.0 * amount - 1.0, 0.0, 1.0)) * spacing * (h - 0.5));
     float r = whole ? 1.2 * crumb : puff ? puff_radius : spacing * (0.07 + 0.16 * h.x * h.y);
-    float opacity = whole ? 1.0 : puff ? (coloured ? 0.12 : 0.20) * inversesqrt(puff_share) * powder : 0.85 * amount;
+    float opacity = whole ? 1.0 : puff ? (coloured ? 0.12 : 0.14) * inversesqrt(puff_share) * powder : 0.85 * amount;
 
     spray_depth = dot(at - eye, basis[2]);
     float sample_width = max(spray_depth, near_depth) * sample_tan;
@@ -41,7 +41,7 @@ void main() {
         opacity *= radius * radius / (least * least);
         radius = least;
     }
-    opacity *= 1.0 - smoothstep(0.15, 0.35, 2.0 * radius / max_point_size);  // at the lens
+    opacity *= fading(0.15, 0.35, 2.0 * radius / max_point_size);  // at the lens
     vec3 way = transpose(basis) * velocity * (0.5 * shutter);
     vec2 straight = (way.xy - way.z * (transpose(basis) * ray).xy) / sample_width;
     float length_of_way = length(straight);
