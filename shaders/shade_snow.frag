@@ -84,7 +84,7 @@ void main() {
     // The more obliquely the sun falls, the less of it gets in; what is loose takes it from all sides.
     float let_in = clamp((dot(outward.xyz, to_sun) / max(dense, 1e-4) + 0.5) / 1.5, 0.1, 1.0);
     vec3 inside = past_bodies * light.rgb * deep * mix(1.0, let_in, smoothstep(0.02, 0.1, dense) * (1.0 - loose));
-    float scattered = scattering + loose * (0.02 + 0.06 * light.g);
+    float scattered = scattering + loose * (0.02 + 0.08 * light.g);
     vec3 sun = sun_light * (mix(vec3(direct), inside, scattered) + 0.35 * (1.0 - thin) * past_bodies * light.g);
     float seen = open_sky(clamp(light.a * open, 0.0, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));
     seen *= 1.0 + 0.6 * grain_share * dot(grain - normal, brightest_sky());

@@ -102,7 +102,7 @@ std::vector<GoldenPicture> golden_pictures() {
                               0.03),
                       {solid_of(Plane{})},
                       {{0.2, 0.33, 1.45}, {-0.05, 0.21, 0}, 38, 0.01}};
-    bed.picture.sun_azimuth = 195, bed.picture.sun_elevation = 22;
+    bed.picture.sun_elevation = 18;
     all.push_back(bed);
     all.push_back({"drop_near", golden_picture(), falling, log, {{0.3, 0.6, 0.5}, {0, 0.5, 0}, 30}});
     GoldenPicture coloured{
