@@ -200,8 +200,8 @@ Texture make_strip_texture(int size, const std::uint8_t* texels) {
     return texture;
 }
 
-Framebuffer make_framebuffer(const std::string& name, std::initializer_list<const Texture*> colours, const Texture* depth,
-                             GLenum depth_attachment) {
+Framebuffer make_framebuffer(const std::string& name, std::initializer_list<const Texture*> colours,
+                             const Texture* depth, GLenum depth_attachment) {
     GLuint id = 0;
     glGenFramebuffers(1, &id);
     Framebuffer framebuffer(id);
@@ -226,7 +226,8 @@ void bind_texture(int unit, GLenum target, const Texture& texture) {
 
 Program::Program(const std::vector<std::string>& vertex_files, const std::vector<std::string>& fragment_files,
                  const std::map<std::string, int>& constants)
-    : program_(glCreateProgram()) {
+    : name_(joined_names(vertex_files) + " and " + joined_names(fragment_files)),
+      program_(glCreateProgram()) {
     const Shader vertex = compile(GL_VERTEX_SHADER, vertex_files, constants);
     const Shader fragment = compile(GL_FRAGMENT_SHADER, fragment_files, constants);
     glAttachShader(program_.id(), vertex.id());
@@ -237,37 +238,53 @@ Program::Program(const std::vector<std::string>& vertex_files, const std::vector
     if (!good) {
         char log[4096] = "";
         glGetProgramInfoLog(program_.id(), sizeof log, nullptr, log);
-        throw GLError("shaders " + joined_names(vertex_files) + " and " + joined_names(fragment_files) +
-                      " do not link:\n" + log);
+        throw GLError("shaders " + name_ + " do not link:\n" + log);
+    }
+    GLint count = 0;
+    glGetProgramiv(program_.id(), GL_ACTIVE_UNIFORMS, &count);
+    for (GLint i = 0; i < count; ++i) {
+        char name[256] = "";
+        GLint size = 0;
+        GLenum type = 0;
+        glGetActiveUniform(program_.id(), static_cast<GLuint>(i), sizeof name, nullptr, &size, &type, name);
+        unset_.insert(name);
     }
 }
 
-void Program::set(const char* name, int x) const {
-    glUniform1i(glGetUniformLocation(program_.id(), name), x);
+void Program::use() const {
+    if (used_ && !unset_.empty())
+        throw GLError("uniform " + *unset_.begin() + " of shaders " + name_ + " has never been set");
+    used_ = true;
+    glUseProgram(program_.id());
 }
-void Program::set(const char* name, float x) const {
-    glUniform1f(glGetUniformLocation(program_.id(), name), x);
+
+GLint Program::location(const char* name) const {
+    unset_.erase(name);
+    return glGetUniformLocation(program_.id(), name);
 }
+
+void Program::set(const char* name, int x) const { glUniform1i(location(name), x); }
+void Program::set(const char* name, float x) const { glUniform1f(location(name), x); }
 void Program::set(const char* name, const Eigen::Vector2f& x) const {
-    glUniform2fv(glGetUniformLocation(program_.id(), name), 1, x.data());
+    glUniform2fv(location(name), 1, x.data());
 }
 void Program::set(const char* name, const std::vector<Eigen::Vector2f>& x) const {
-    glUniform2fv(glGetUniformLocation(program_.id(), name), static_cast<GLsizei>(x.size()), x.data()->data());
+    glUniform2fv(location(name), static_cast<GLsizei>(x.size()), x.data()->data());
 }
 void Program::set(const char* name, const Eigen::Vector3f& x) const {
-    glUniform3fv(glGetUniformLocation(program_.id(), name), 1, x.data());
+    glUniform3fv(location(name), 1, x.data());
 }
 void Program::set(const char* name, const Eigen::Vector4f& x) const {
-    glUniform4fv(glGetUniformLocation(program_.id(), name), 1, x.data());
+    glUniform4fv(location(name), 1, x.data());
 }
 void Program::set(const char* name, const std::vector<Eigen::Vector4f>& x) const {
-    glUniform4fv(glGetUniformLocation(program_.id(), name), static_cast<GLsizei>(x.size()), x.data()->data());
+    glUniform4fv(location(name), static_cast<GLsizei>(x.size()), x.data()->data());
 }
 void Program::set(const char* name, const Eigen::Matrix3f& x) const {
-    glUniformMatrix3fv(glGetUniformLocation(program_.id(), name), 1, GL_FALSE, x.data());
+    glUniformMatrix3fv(location(name), 1, GL_FALSE, x.data());
 }
 void Program::set(const char* name, const Eigen::Matrix4f& x) const {
-    glUniformMatrix4fv(glGetUniformLocation(program_.id(), name), 1, GL_FALSE, x.data());
+    glUniformMatrix4fv(location(name), 1, GL_FALSE, x.data());
 }
 
 }  // namespace firn

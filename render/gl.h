@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -78,7 +79,8 @@ class Program {
 public:
     Program(const std::vector<std::string>& vertex_files, const std::vector<std::string>& fragment_files,
             const std::map<std::string, int>& constants = {});
-    void use() const { glUseProgram(program_.id()); }
+    /// Throws GLError if it was used before and one of its uniforms has not been set since it was linked.
+    void use() const;
 
     // Of the program in use. A name that the linker has dropped is no error.
     void set(const char* name, int) const;
@@ -92,7 +94,12 @@ public:
     void set(const char* name, const Eigen::Matrix4f&) const;
 
 private:
+    GLint location(const char* name) const;
+
+    std::string name_;  ///< of its files.
     GLObject<delete_program> program_;
+    mutable std::set<std::string> unset_;  ///< uniforms; arrays end in [0].
+    mutable bool used_ = false;
 };
 
 }  // namespace firn

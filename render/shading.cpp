@@ -61,6 +61,7 @@ void Renderer::Passes::shade(const Frame& frame) {
         program.set("values", unit_values);
         program.set("palette", unit_palette);
         program.set("coloured", frame.coloured);
+        program.set("edge", static_cast<float>(effort.edge));
         glStencilFunc(GL_EQUAL, kind, 0xff);
     };
     shade_kind(kind_sky, sky_program);

@@ -35,10 +35,10 @@ void Renderer::Passes::draw_surfaces(const Frame& frame) {
         set_view(mesh_program, frame.view);
         glBindVertexArray(mesh_array.id());
         glDrawArrays(GL_TRIANGLES, group.first, static_cast<GLsizei>(group.triangles.size()));
-        plane_program.use();
-        set_view(plane_program, frame.view);
         glBindVertexArray(no_array.id());
         for (const Plane& plane : group.planes) {
+            plane_program.use();
+            set_view(plane_program, frame.view);
             plane_program.set("plane_point", Vector3f(plane.point.cast<float>()));
             plane_program.set("plane_normal", Vector3f(plane.normal.cast<float>()));
             glDrawArrays(GL_TRIANGLES, 0, 3);
