@@ -139,14 +139,15 @@ const float snow_wrap = 0.16;      // how far sunlight reaches around the edge o
 
 vec3 light_on_level() { return max(to_sun.y, 0.0) * sun_light + sky_light; }
 
-// Of far air over snow, away from the sun.
-vec3 air_at_horizon() { return mix(sky_horizon, 0.8 * light_on_level(), 0.35); }
+// Of far air over snow, the brighter the nearer to the sun, as sky().
+vec3 air_at_horizon(vec3 way) {
+    float towards = max(dot(normalize(way.xz + vec2(1e-6, 0.0)), to_sun.xz), 0.0), wide = towards * towards;
+    wide *= wide;
+    return mix(sky_horizon, 0.8 * light_on_level(), 0.35) + sun_light * (0.10 * wide + 0.25 * wide * wide * wide);
+}
 
 // What comes to the eye through the air between.
 vec3 seen_through_air(vec3 colour, float depth, vec3 ray) {
     float haze = 1.0 - exp(-depth * length(ray) / haze_distance);
-    float towards = max(dot(normalize(ray.xz + vec2(1e-6, 0.0)), to_sun.xz), 0.0), wide = towards * towards;
-    wide *= wide;
-    vec3 horizon = air_at_horizon() + sun_light * (0.10 * wide + 0.25 * wide * wide * wide);  // as sky(), along y = 0
-    return develop(mix(colour, horizon, haze));
+    return develop(mix(colour, air_at_horizon(ray), haze));
 }

@@ -40,7 +40,7 @@ vec3 hash_of(vec3 cell) {
 }
 
 // Crystals that mirror the sun: one facet in every cell of space, so that they rest with the snow whatever the camera
-// does. A cell is at least four samples wide; from afar, where a particle has less than three, there are none.
+// does. A cell is at least three samples wide; from afar, where a particle has less than three, there are none.
 float glint(vec3 position, vec3 normal, vec3 half_way, float width) {
     float near = fading(0.18, 0.35, width / spacing);
     float cell = exp2(ceil(log2(max(3.0 * width, 0.25 * spacing))));

@@ -21,10 +21,10 @@ Matter matter_at(vec3 position, vec3 n, float width) {
 // Over a ground of snow, wind has left some on what is level.
 Matter with_snow(Matter bare, vec3 position, vec3 face, float width) {
     float level = dot(snow_up, face);
-    int lies = bare.soft == 0.0 && level > 0.75 ? 1 : 0;
+    int lies = bare.soft == 0.0 && level > 0.65 ? 1 : 0;
     for (int once = 0; once < lies; ++once) {
         vec2 at = position.xz - moved.xz;
-        vec3 broad = noise_at(at, 250.0 * spacing, width), fine = noise_at(at.yx, 60.0 * spacing, width), grain = noise_at(at, 19.0 * spacing, width);
+        vec3 broad = noise_at(at, 0.9, width), fine = noise_at(at.yx, 0.22, width), grain = noise_at(at, 19.0 * spacing, width);
         float cover = smooth_edge(broad.z + 0.5 * fine.z + 0.5 * grain.z + 10.0 * (level - 1.0), 0.4, 0.8);
         vec2 slope = 0.03 * fine.xy + 0.10 * grain.xy;
         bare.albedo = mix(bare.albedo, vec3(0.928, 0.942, 0.960), cover);
@@ -45,7 +45,7 @@ void main() {
     Matter m = with_snow(matter_at(position - moved, face, width), position, face, width);
 
     // Or it would lie in its own shade; and snow is no darker beneath a single grain that lies on it.
-    vec3 lifted = position + max(1.5 * shadow_texel, m.soft > 0.0 ? 1.2 * spacing : 0.0) * face;
+    vec3 lifted = position + max(1.5 * shadow_texel, 1.2 * spacing * m.soft / snow_wrap) * face;
     // The sun that grazes a face reaches neither side of what rises from it.
     float level = max(dot(face, to_sun), 0.0);
     float facing = mix(level, dot(m.normal, to_sun), smoothstep(0.0, 0.2, level));
