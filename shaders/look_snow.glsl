@@ -7,6 +7,6 @@ Matter matter_of(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
     float near = 1.0 / (1.0 + width / (12.0 * spacing));  // from afar one sees crests alone, which are lit alike
     grain *= 0.7 + 0.3 * clamp(0.6 + fine.z, 0.0, 1.6);  // patches of wind-packed snow are smoother
     vec3 slope = near * (0.10 * drift + 0.03 * fine + 0.10 * grain);
-    return Matter(vec3(0.928, 0.942, 0.960) * (1.0 + near * (0.01 * fine.z + 0.03 * grain.z)),
+    return Matter(snow_albedo * (1.0 + near * (0.01 * fine.z + 0.03 * grain.z)),
                   normalize(n - slope.x * u - slope.y * v), 0.0, 0.0, snow_wrap);
 }
