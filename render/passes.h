@@ -74,7 +74,7 @@ struct Frame {
     ShadowView shadow;
     Eigen::Vector3f to_sun;
     SkyLight light;
-    Eigen::Vector3f snow_up;                     ///< normal of the ground where it is of snow, or 0.
+    Eigen::Vector4f snow_ground;                 ///< n and -n·p of a ground of snow; of none, all is far over it.
     Eigen::Vector3f ground;                      ///< light that comes back from it, as a share of what snow returns.
     std::vector<SolidGroup> solids;
     std::vector<GlassPlate> glass;

@@ -62,6 +62,7 @@ void Renderer::Passes::shade(const Frame& frame) {
         program.set("palette", unit_palette);
         program.set("coloured", frame.coloured);
         program.set("edge", static_cast<float>(effort.edge));
+        program.set("snow_ground", frame.snow_ground);
         glStencilFunc(GL_EQUAL, kind, 0xff);
     };
     shade_kind(kind_sky, sky_program);
@@ -71,7 +72,6 @@ void Renderer::Passes::shade(const Frame& frame) {
         const Program& program = solid_program(frame.solids[i].look, frame.bodies);
         shade_kind(kind_solid + static_cast<GLint>(i), program);
         program.set("moved", frame.solids[i].moved);
-        program.set("snow_up", frame.snow_up);
         program.set("lie", frame.solids[i].lie);
         program.set("axis", frame.solids[i].axis);
         glDrawArrays(GL_TRIANGLES, 0, 3);

@@ -112,9 +112,12 @@ const Solid* ground_of(const std::vector<Solid>& solids) {
 void Renderer::Passes::prepare_solids(Frame& frame, const std::vector<Solid>& solids, double time) {
     const Solid* ground = ground_of(solids);
     frame.ground = ground ? mean_colour(shown_look(*ground)) : Vector3f::Ones();  // else a country of snow
-    frame.snow_up = Vector3f::Zero();
-    if (ground && shown_look(*ground) == Look::snow)
-        frame.snow_up = std::get<Plane>(ground->shape.kind()).normal.normalized().cast<float>();
+    frame.snow_ground = {0, 0, 0, 1e9f};
+    if (ground && shown_look(*ground) == Look::snow) {
+        const Plane& plane = std::get<Plane>(ground->shape.kind());
+        const Vec3d n = plane.normal.normalized();
+        frame.snow_ground << n.cast<float>(), static_cast<float>(-n.dot(plane.point + time * ground->velocity));
+    }
     std::vector<Vertex> all, glass;
     for (const Solid& solid : solids) {
         const Vec3d moved = time * solid.velocity;

@@ -1,5 +1,5 @@
-// What lies around, beyond the ground's haze: hills under snow, and a wood before them. Heights are tangents of the
-// angle above the horizon.
+// What lies around, beyond the ground's haze: hills under snow, and the edges of woods before them. Heights are tangents
+// of the angle above the horizon.
 uniform sampler2D relief;          // slopes and height: 0 to 1 stands for -3 to 3 standard deviations
 
 // Along the horizon, that many tiles around, from -1 to 1 for the most part. What is finer than `blur`, an angle, fades.
@@ -8,26 +8,48 @@ float swell(float around, float tiles, float row, float blur) {
     return 3.0 * textureLod(relief, vec2(tiles * around, row), level).z - 1.5;
 }
 
+// Of that many conifers around, side by side: the top, from 0 to 1, as it is at the height `y`, since boughs hang in
+// tiers, and a number of the tree that has it.
+vec2 tree_tops(float around, float count, float y, float uneven) {
+    float at = around * count, cell = floor(at);
+    vec2 top = vec2(0.0, 0.5);
+    for (float i = -1.0; i <= 1.0; ++i) {
+        vec2 h = fract(sin(mod(cell + i, count) * vec2(12.9898, 78.233)) * 43758.547);
+        float aside = abs(at - cell - i - 0.2 - 0.6 * h.x) * (0.85 + 0.35 * fract(13.0 * y + 7.0 * h.x) + uneven);
+        float height = (0.35 + 0.65 * h.y) * (1.0 - aside / (0.5 + 0.35 * h.y));
+        if (height > top.x) top = vec2(height, fract(5.0 * h.x));
+    }
+    return top;
+}
+
+// A wood's edge before what is behind it; `clear` is the share of its light that comes through the mist.
+vec3 wood_before(vec3 behind, float around, float high, float count, float tall, float clear, vec3 mist, float blur) {
+    const float turn = 6.2831853;
+    float stands = smoothstep(-0.75, -0.25, swell(around, 3.0, 0.01 * count, 0.15));  // else there is a clearing
+    float bough = swell(around, 0.7 * count, 0.7 * count * high / turn, blur), twig = swell(around, 3.0 * count, 3.0 * count * high / turn, blur);
+    vec2 tree = tree_tops(around, count, high / tall, 0.15 * bough + 0.3 * twig);
+    float top = tall * stands * (0.45 + 0.25 * swell(around, 0.1 * count, 0.3, blur) + 0.65 * tree.x);
+    float frosted = smoothstep(0.0, 1.2, bough + 0.8 * twig + 0.7 * (high / tall) - 0.5);
+    vec3 colour = light_on_level() * mix((0.5 + tree.y) * vec3(0.022, 0.030, 0.028), vec3(0.30, 0.34, 0.39), (0.15 + 0.4 * tree.y) * frosted);
+    colour = mix(mist, colour, clear * (1.0 - 0.6 * exp(-90.0 * max(high, 0.0))));
+    return mix(behind, colour, fading(top - blur, top + blur, high) * smoothstep(0.0, 0.3, stands));
+}
+
 // The sky's colour in a direction, or that of the country before it; `blur` is an angle.
 vec3 country_before(vec3 colour, vec3 direction, float blur) {
     float high = direction.y / max(length(direction.xz), 1e-4);
-    int at_horizon = high < 0.09 + blur && high > -0.04 ? 1 : 0;  // below it fades, where no ground hides it
+    int at_horizon = high < 0.17 + blur && high > -0.04 ? 1 : 0;  // below it fades, where no ground hides it
     for (int once = 0; once < at_horizon; ++once) {
         vec3 light = light_on_level(), mist = air_at_horizon(direction), seen = colour;
         float around = atan(direction.z, direction.x) / 6.2831853;
-        float hill = 0.031 + 0.012 * swell(around, 2.0, 0.15, blur) + 0.003 * swell(around, 9.0, 0.4, blur);
+        float hill = 0.045 + 0.018 * swell(around, 2.0, 0.15, blur) + 0.004 * swell(around, 9.0, 0.4, blur);
         float slope = swell(around, 11.0, 0.6 + 2.0 * high, blur), woods = swell(around, 200.0, 0.8 + 20.0 * high, blur) + 2.0 * slope;
         vec3 far_off = light * mix(vec3(0.86) + 0.1 * slope, vec3(0.35, 0.39, 0.41), 0.7 * smoothstep(0.5, 2.5, woods));
         far_off = mix(far_off, mist, 0.45 + 0.4 * exp(-50.0 * max(high, 0.0)));
         seen = mix(seen, far_off, fading(hill - blur, hill + blur, high));
 
-        float foot = 0.008 + 0.016 * swell(around, 5.0, 0.25, blur);  // where it sinks below the horizon, there is none
-        float wood = foot + 0.004 + 0.0025 * swell(around, 60.0, 0.5, blur) + 0.0035 * abs(swell(around, 170.0, 0.7, blur)) +
-                     0.002 * swell(around, 400.0, 0.9, blur);
-        float frosted = 0.5 + 0.5 * swell(around, 180.0, 10.0 * high, blur);
-        vec3 near = light * vec3(0.045, 0.055, 0.055) * (1.0 + 2.0 * frosted);
-        near = mix(near, mist, 0.30 + 0.35 * exp(-120.0 * max(high, 0.0)));
-        seen = mix(seen, near, fading(wood - blur, wood + blur, high) * smoothstep(-0.001, 0.006, foot));
+        seen = wood_before(seen, around, high, 260.0, 0.06, 0.55, mist, blur);
+        seen = wood_before(seen, around, high, 150.0, 0.12, 0.80, mist, blur);
 
         float rise = 0.002 + 0.003 * swell(around, 3.0, 0.33, blur) + 0.0008 * swell(around, 17.0, 0.62, blur);
         seen = mix(seen, mix(0.85 * light, mist, 0.55), fading(rise - 0.5 * blur, rise + 0.5 * blur, high));

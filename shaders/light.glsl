@@ -101,13 +101,14 @@ float spray_transmittance(vec3 position) {
     return through;
 }
 
-// Scattered sun and visible sky; outside the volume, and fading over its rim, there is no snow.
+// Scattered sun and visible sky; outside the volume, and fading over its rim, snow only throws shade.
 vec4 light_at(vec3 position) {
     vec3 at = (position - volume_origin) / volume_size;
     vec3 rim = clamp(min(at, 1.0 - at) * vec3(textureSize(snow_light, 0)) / 5.0, 0.0, 1.0);
     float share = rim.x * rim.y * rim.z;
     vec4 light = vec4(1.0);
-    int inside = share > 0.0 ? 1 : 0;
+    int outside = share < 1.0 ? 1 : 0, inside = share > 0.0 ? 1 : 0;
+    for (int once = 0; once < outside; ++once) light.rgb *= texture(shadow_all, shadow_position(position + 1.5 * spacing * to_sun));
     for (int once = 0; once < inside; ++once) light = mix(light, texture(snow_light, at), share);
     return light;
 }

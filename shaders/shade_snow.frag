@@ -5,6 +5,7 @@ uniform sampler2D surface;         // grain's normal
 uniform sampler3D snow_outward;    // −∇ρ over two cells; ρ in alpha
 
 uniform float edge;                // samples along a pixel's edge
+uniform vec4 snow_ground;          // n and -n.p of a ground of snow; of none, all is far over it
 uniform bool coloured;             // by a colour map
 uniform sampler2D values;          // 0 to 1
 uniform sampler2D palette;
@@ -68,12 +69,16 @@ void main() {
     grain = mix(grain, normalize(smooth_normal + sure * (grain + basis[2])), wide_enough);
     vec3 normal = normalize(mix(smooth_normal, sure * grain, grain_share) + outward.xyz);
 
+    // What thins out over a ground of snow becomes it: single grains that lie there would make a seam.
+    float thins = fading(0.7, 3.0, (dot(snow_ground.xyz, position) + snow_ground.w) / spacing);
+    normal = normalize(mix(normal, snow_ground.xyz, thins));
+
     // Pits of the grain and hollows between lumps see less of the light.
     float raw = texelFetch(raw_depths, at, 0).r, wide = texelFetch(wide_depths, at, 0).r;
     float pit = clamp((raw - depth) / spacing, -0.6, 0.8), hollow = clamp((depth - wide) / (3.0 * spacing), -0.7, 0.9);
     float pitted = mix(0.20, 0.02, wide_enough);  // a lump of its own shows no pits
     float loose = fading(0.06, 0.32, outward.a);  // light finds its way between grains, and through what is thin
-    float open = clamp(1.0 - (1.0 - 0.4 * loose) * (pitted * pit + 0.65 * hollow), 0.3, 1.25);
+    float open = clamp(1.0 - (1.0 - 0.4 * loose) * (pitted * pit + 0.65 * hollow) * (1.0 - thins), 0.3, 1.25);
 
     vec3 lifted = position + 1.2 * spacing * normal;  // or it would lie in its own shade
     vec4 light = light_at(position + spacing * normal);
@@ -85,6 +90,10 @@ void main() {
     float let_in = clamp((dot(outward.xyz, to_sun) / max(dense, 1e-4) + 0.5) / 1.5, 0.1, 1.0);
     vec3 inside = past_bodies * light.rgb * deep * mix(1.0, let_in, smoothstep(0.02, 0.1, dense) * (1.0 - loose));
     float scattered = scattering + loose * (0.02 + 0.08 * light.g);
+    // Grains send most of the light nearly straight on: against the sun, what is thin shines.
+    float against = max(dot(normalize(ray), to_sun), 0.0), through = light.g * light.g;
+    float reached = texture(shadow_all, shadow_position(position + 4.0 * spacing * to_sun));
+    inside += 3.0 * against * against * against * through * through * reached * (1.0 - direct);
     vec3 sun = sun_light * (mix(vec3(direct), inside, scattered) + 0.35 * (1.0 - thin) * past_bodies * light.g);
     float seen = open_sky(clamp(light.a * open, 0.0, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));
     seen *= 1.0 + 0.6 * grain_share * dot(grain - normal, brightest_sky());

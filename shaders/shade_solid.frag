@@ -1,7 +1,7 @@
 uniform sampler2D depths;
 uniform sampler2D surface;         // normal
 uniform vec3 moved;                // of the body since the start: its pattern goes along [m]
-uniform vec3 snow_up;              // normal of the ground where it is of snow, or 0
+uniform vec4 snow_ground;          // n and -n.p of a ground of snow; of none, all is far over it
 
 out vec4 out_light;
 
@@ -20,7 +20,7 @@ Matter matter_at(vec3 position, vec3 n, float width) {
 
 // Over a ground of snow, wind has left some on what is level.
 Matter with_snow(Matter bare, vec3 position, vec3 face, float width) {
-    float level = dot(snow_up, face);
+    float level = dot(snow_ground.xyz, face);
     int lies = bare.soft == 0.0 && level > 0.65 ? 1 : 0;
     for (int once = 0; once < lies; ++once) {
         vec2 at = position.xz - moved.xz;

@@ -81,3 +81,24 @@ TEST_CASE("no grain is a dark speck on snow that is grazed behind a drift", "[re
         }
     CHECK(specks < 40);  // about a hundred if each grain is as sure of its face as any
 }
+
+TEST_CASE("a drift thins out over a ground of snow without a seam", "[renderer]") {
+    Picture picture = small_picture(Quality::final);
+    picture.sun_azimuth = 250, picture.sun_elevation = 20;  // from behind: what faces the eye lies in shade
+    const auto renderer = renderer_for(picture);
+    if (!renderer) return;
+    std::vector<float> wedge = bed();  // it ends at z = 0.2
+    for (std::size_t p = 0; p < wedge.size(); p += 3)
+        wedge[p + 1] *= std::clamp(0.5f - 2.5f * wedge[p + 2], 0.0f, 1.0f);
+    const Image image =
+        renderer->draw({wedge, {}, spacing}, ground, {{0, 0.32, 1.3}, {0, 0, 0.2}, 24}, 0);
+    const auto row = [&](int y) {
+        double sum = 0;
+        for (int x = 50; x < 110; ++x) sum += brightness(image, x, y) / 60;
+        return sum;
+    };
+    double darkest = 255;
+    for (int y = 25; y < 65; ++y) darkest = std::min(darkest, row(y));
+    CAPTURE(darkest, row(20), row(70));
+    CHECK(darkest > std::min(row(20), row(70)) - 35);  // 88 darker if each grain had a shaded side
+}

@@ -365,3 +365,29 @@ TEST_CASE("preview is final with less care", "[renderer]") {
     CHECK(difference.psnr > 25);
     CHECK(difference.share_above < 0.05);
 }
+
+TEST_CASE("against the sun snow shines at its edges, with the sun behind the eye it does not", "[renderer]") {
+    const Camera camera{{0, 0.6, 0.8}, {0, 0.6, 0}, 24};
+    for (const double azimuth : {90.0, 270.0}) {  // behind the eye, before it
+        Picture picture = small_picture(Quality::preview);
+        picture.sun_azimuth = azimuth, picture.sun_elevation = 15;
+        const auto renderer = renderer_for(picture);
+        if (!renderer) return;
+        const Image image = renderer->draw({ball({0, 0.6, 0}, 0.1), {}, spacing}, {}, camera, 0);
+        const auto upper_half = [&](double radius) {
+            double sum = 0;
+            for (double turn = EIGEN_PI / 6; turn < 5 * EIGEN_PI / 6; turn += EIGEN_PI / 90) {
+                const auto [x, y] =
+                    pixel_of({radius * std::cos(turn), 0.6 + radius * std::sin(turn), 0}, camera, image);
+                sum += brightness(image, static_cast<int>(x), static_cast<int>(y)) / 60;
+            }
+            return sum;
+        };
+        const double edge = upper_half(0.095), middle = upper_half(0.04);
+        CAPTURE(azimuth, edge, middle);
+        if (azimuth < 180)
+            CHECK(edge < middle);
+        else
+            CHECK(edge > 1.15 * middle);  // 0.97 of it without
+    }
+}
