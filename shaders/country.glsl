@@ -15,7 +15,7 @@ vec2 tree_tops(float around, float count, float y, float uneven) {
     vec2 top = vec2(0.0, 0.5);
     for (float i = -1.0; i <= 1.0; ++i) {
         vec2 h = fract(sin(mod(cell + i, count) * vec2(12.9898, 78.233)) * 43758.547);
-        float aside = abs(at - cell - i - 0.2 - 0.6 * h.x) * (0.85 + 0.35 * fract(13.0 * y + 7.0 * h.x) + uneven);
+        float aside = abs(at - cell - i - 0.2 - 0.6 * h.x) * (0.88 + 0.28 * fract(13.0 * y + 7.0 * h.x) + uneven);
         float height = (0.35 + 0.65 * h.y) * (1.0 - aside / (0.5 + 0.35 * h.y));
         if (height > top.x) top = vec2(height, fract(5.0 * h.x));
     }
@@ -27,11 +27,11 @@ vec3 wood_before(vec3 behind, float around, float high, float count, float tall,
     const float turn = 6.2831853;
     float stands = smoothstep(-0.75, -0.25, swell(around, 3.0, 0.01 * count, 0.15));  // else there is a clearing
     float bough = swell(around, 0.7 * count, 0.7 * count * high / turn, blur), twig = swell(around, 3.0 * count, 3.0 * count * high / turn, blur);
-    vec2 tree = tree_tops(around, count, high / tall, 0.15 * bough + 0.3 * twig);
-    float top = tall * stands * (0.45 + 0.25 * swell(around, 0.1 * count, 0.3, blur) + 0.65 * tree.x);
+    vec2 tree = tree_tops(around, count, high / tall, 0.10 * bough + 0.20 * twig);
+    float top = tall * stands * (0.50 + 0.25 * swell(around, 0.05 * count, 0.3, blur) + 0.60 * tree.x);
     float frosted = smoothstep(0.0, 1.2, bough + 0.8 * twig + 0.7 * (high / tall) - 0.5);
     vec3 colour = light_on_level() * mix((0.5 + tree.y) * vec3(0.022, 0.030, 0.028), vec3(0.30, 0.34, 0.39), (0.15 + 0.4 * tree.y) * frosted);
-    colour = mix(mist, colour, clear * (1.0 - 0.6 * exp(-90.0 * max(high, 0.0))));
+    colour = mix(mist, colour, clear * (1.0 - 0.25 * exp(-60.0 * max(high, 0.0))));
     return mix(behind, colour, fading(top - blur, top + blur, high) * smoothstep(0.0, 0.3, stands));
 }
 
@@ -41,17 +41,18 @@ vec3 country_before(vec3 colour, vec3 direction, float blur) {
     int at_horizon = high < 0.17 + blur && high > -0.04 ? 1 : 0;  // below it fades, where no ground hides it
     for (int once = 0; once < at_horizon; ++once) {
         vec3 light = light_on_level(), mist = air_at_horizon(direction), seen = colour;
-        float around = atan(direction.z, direction.x) / 6.2831853;
+        float around = atan(direction.z, direction.x) / 6.2831853, towards = max(dot(normalize(direction.xz + vec2(1e-6, 0.0)), to_sun.xz), 0.0);
         float hill = 0.045 + 0.018 * swell(around, 2.0, 0.15, blur) + 0.004 * swell(around, 9.0, 0.4, blur);
         float slope = swell(around, 11.0, 0.6 + 2.0 * high, blur), woods = swell(around, 200.0, 0.8 + 20.0 * high, blur) + 2.0 * slope;
         vec3 far_off = light * mix(vec3(0.86) + 0.1 * slope, vec3(0.35, 0.39, 0.41), 0.7 * smoothstep(0.5, 2.5, woods));
         far_off = mix(far_off, mist, 0.45 + 0.4 * exp(-50.0 * max(high, 0.0)));
         seen = mix(seen, far_off, fading(hill - blur, hill + blur, high));
 
-        seen = wood_before(seen, around, high, 260.0, 0.06, 0.55, mist, blur);
-        seen = wood_before(seen, around, high, 150.0, 0.12, 0.80, mist, blur);
+        float clear = 1.0 - 0.45 * towards * towards * towards;  // the nearer to the sun, the more the air shines
+        seen = wood_before(seen, around, high, 640.0, 0.060, 0.55 * clear, mist, blur);
+        seen = wood_before(seen, around, high, 400.0, 0.100, 0.85 * clear, mist, blur);
 
-        float rise = 0.002 + 0.003 * swell(around, 3.0, 0.33, blur) + 0.0008 * swell(around, 17.0, 0.62, blur);
+        float rise = 0.004 + 0.007 * swell(around, 4.0, 0.33, blur) + 0.0015 * swell(around, 23.0, 0.62, blur);
         seen = mix(seen, mix(0.85 * light, mist, 0.55), fading(rise - 0.5 * blur, rise + 0.5 * blur, high));
         colour = mix(colour, seen, smoothstep(-0.04, 0.0, high));
     }

@@ -93,9 +93,9 @@ void main() {
     // Grains send most of the light nearly straight on: against the sun, what is thin shines.
     float against = max(dot(normalize(ray), to_sun), 0.0), through = light.g * light.g;
     float reached = texture(shadow_all, shadow_position(position + 4.0 * spacing * to_sun));
-    inside += 3.0 * against * against * against * through * through * reached * (1.0 - direct);
+    inside += 3.0 * against * against * against * through * through * reached * (1.0 - direct) * deep;
     vec3 sun = sun_light * (mix(vec3(direct), inside, scattered) + 0.35 * (1.0 - thin) * past_bodies * light.g);
-    float seen = open_sky(clamp(light.a * open, 0.0, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));
+    float seen = open_sky(clamp(light.a * open, 0.12, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));
     seen *= 1.0 + 0.6 * grain_share * dot(grain - normal, brightest_sky());
     vec3 around = seen * (sky_by_normal(normal) + seen * bounce_by_normal(normal, seen));
     if (coloured) {

@@ -26,7 +26,7 @@ Matter with_snow(Matter bare, vec3 position, vec3 face, float width) {
         vec2 at = position.xz - moved.xz;
         vec3 broad = noise_at(at, 0.9, width), fine = noise_at(at.yx, 0.22, width), grain = noise_at(at, 19.0 * spacing, width);
         float cover = smooth_edge(broad.z + 0.5 * fine.z + 0.5 * grain.z + 10.0 * (level - 1.0), 0.4, 0.8);
-        vec2 slope = 0.03 * fine.xy + 0.10 * grain.xy;
+        vec2 slope = 0.03 * fine.xy + 0.10 * grain.xy + 1.2 * cover * (1.0 - cover) * (broad.xy + 0.5 * fine.yx);  // thick at its rim
         bare.albedo = mix(bare.albedo, snow_albedo, cover);
         bare.normal = normalize(mix(bare.normal, face - vec3(slope.x, 0.0, slope.y), cover));
         bare.mirror *= 1.0 - cover;
