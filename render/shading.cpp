@@ -24,7 +24,7 @@ const Program& Renderer::Passes::solid_program(Look look, const BodyDistances& b
         {Look::tiles, "tiles"}, {Look::concrete, "concrete"}, {Look::metal, "metal"},
     };
     const std::string file = "look_" + names.at(look) + ".glsl";
-    return shading_program(file, {"light.glsl", "country.glsl", "bodies.glsl", "solid.glsl", file, "shade_solid.frag"},
+    return shading_program(file, {"light.glsl", "country.glsl", "bodies.glsl", "glint.glsl", "solid.glsl", file, "shade_solid.frag"},
                            bodies);
 }
 
@@ -79,7 +79,7 @@ void Renderer::Passes::shade(const Frame& frame) {
     glBindSampler(unit_relief, 0);
     check_gl("shading of solids");
     shade_kind(kind_snow,
-               shading_program("snow", {"light.glsl", "bodies.glsl", "shade_snow.frag"}, frame.bodies));
+               shading_program("snow", {"light.glsl", "bodies.glsl", "glint.glsl", "shade_snow.frag"}, frame.bodies));
     glDrawArrays(GL_TRIANGLES, 0, 3);
     glDisable(GL_STENCIL_TEST);
     check_gl("shading");

@@ -34,22 +34,6 @@ vec3 normal_of_depth(sampler2D map, ivec2 at, float depth) {
     return basis * normalize(cross(along_y, along_x)) / (1.0 + steep * steep);
 }
 
-vec3 hash_of(vec3 cell) {
-    vec3 p = fract(cell * vec3(0.1031, 0.1030, 0.0973));
-    p += dot(p, p.yxz + 33.33);
-    return fract((p.xxy + p.yxx) * p.zyx);
-}
-
-// Crystals that mirror the sun: one facet in every cell of space, so that they rest with the snow whatever the camera
-// does. A cell is at least three samples wide; from afar, where a particle has less than three, there are none.
-float glint(vec3 position, vec3 normal, vec3 half_way, float width) {
-    float near = fading(0.18, 0.35, width / spacing);
-    float cell = exp2(ceil(log2(max(3.0 * width, 0.25 * spacing))));
-    vec3 at = position / cell, h = hash_of(floor(at));
-    float mirrored = smoothstep(0.9965, 0.9990, dot(normalize(normal + 1.6 * h - 0.8), half_way));
-    return near * mirrored * (0.2 + 0.8 * fract(7.0 * h.x)) * fading(0.1, 0.45, length(fract(at) - 0.5));
-}
-
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     float depth = texelFetch(depths, at, 0).r;
@@ -105,6 +89,7 @@ void main() {
         out_light = vec4(pow(own, vec3(2.2)) * mix(0.55, 1.0, smoothstep(0.0, 1.2, shade)), 1.0);
         return;
     }
-    float sparkle = glint(position, smooth_normal / sure, normalize(to_sun - normalize(ray)), depth * sample_tan);
+    // From afar, where a particle has less than three samples, there are none.
+    float width = depth * sample_tan, sparkle = fading(0.18, 0.35, width / spacing) * glint(position, smooth_normal / sure, ray, width);
     out_light = vec4(seen_through_air(albedo * (sun + around) + 5.0 * sparkle * direct * sun_light, depth, ray), 1.0);
 }

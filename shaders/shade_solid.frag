@@ -57,6 +57,10 @@ void main() {
     open *= 1.0 + 0.6 * dot(m.normal - face, brightest_sky());
     vec3 colour = m.albedo * (sun_light * direct + open * (sky_by_normal(m.normal) + bounce_by_normal(m.normal, open)));
 
+    int sparkles = m.soft > 0.0 && width < 0.004 ? 1 : 0;
+    for (int once = 0; once < sparkles; ++once)
+        colour += 5.0 * fading(0.001, 0.004, width) * glint(position, m.normal, ray, width) * direct * sun_light;
+
     if (m.mirror > 0.0) {
         vec3 mirror_way = reflect(towards, m.normal), half_way = normalize(to_sun - towards);
         float fresnel = m.mirror + (1.0 - m.mirror) * pow(1.0 - max(dot(-towards, m.normal), 0.0), 5.0) * (1.0 - m.rough);
