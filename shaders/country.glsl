@@ -14,7 +14,9 @@ vec2 tree_tops(float around, float count, float y, float uneven) {
     float at = around * count, cell = floor(at);
     vec2 top = vec2(0.0, 0.5);
     for (float i = -1.0; i <= 1.0; ++i) {
-        vec2 h = fract(sin(mod(cell + i, count) * vec2(12.9898, 78.233)) * 43758.547);
+        vec3 p = fract(mod(cell + i, count) * vec3(0.1031, 0.1030, 0.0973));
+        p += dot(p, p.yzx + 33.33);
+        vec2 h = fract((p.xx + p.yz) * p.zy);  // the same on every driver, as sin() would not be
         float aside = abs(at - cell - i - 0.2 - 0.6 * h.x) * (0.88 + 0.28 * fract(13.0 * y + 7.0 * h.x) + uneven);
         float height = (0.35 + 0.65 * h.y) * (1.0 - aside / (0.5 + 0.35 * h.y));
         if (height > top.x) top = vec2(height, fract(5.0 * h.x));
