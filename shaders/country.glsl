@@ -30,6 +30,7 @@ vec3 wood_before(vec3 behind, float around, float high, float count, float tall,
     float stands = smoothstep(-0.75, -0.25, swell(around, 3.0, 0.01 * count, 0.15));  // else there is a clearing
     float bough = swell(around, 0.7 * count, 0.7 * count * high / turn, blur), twig = swell(around, 3.0 * count, 3.0 * count * high / turn, blur);
     vec2 tree = tree_tops(around, count, high / tall, 0.10 * bough + 0.20 * twig);
+    tree = mix(tree, vec2(0.45, 0.5), smoothstep(0.4, 1.2, blur * count / turn));  // trees finer than that are but a wood
     float top = tall * stands * (0.50 + 0.25 * swell(around, 0.05 * count, 0.3, blur) + 0.60 * tree.x);
     float frosted = smoothstep(0.0, 1.2, bough + 0.8 * twig + 0.7 * (high / tall) - 0.5);
     vec3 colour = light_on_level() * mix((0.5 + tree.y) * vec3(0.022, 0.030, 0.028), vec3(0.30, 0.34, 0.39), (0.15 + 0.4 * tree.y) * frosted);
