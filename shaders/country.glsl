@@ -8,15 +8,21 @@ float swell(float around, float tiles, float row, float blur) {
     return 3.0 * textureLod(relief, vec2(tiles * around, row), level).z - 1.5;
 }
 
+// Two from 0 to 1 [PCG, Jarzynski and Olano 2020]; in whole numbers, or each driver would plant trees of its own.
+vec2 numbers_of(uint n) {
+    n = n * 747796405u + 2891336453u;
+    n = ((n >> ((n >> 28u) + 4u)) ^ n) * 277803737u;
+    n = (n >> 22u) ^ n;
+    return vec2(float(n & 65535u), float(n >> 16u)) / 65535.0;
+}
+
 // Of that many conifers around, side by side: the top, from 0 to 1, as it is at the height `y`, since boughs hang in
 // tiers, and a number of the tree that has it.
 vec2 tree_tops(float around, float count, float y, float uneven) {
     float at = around * count, cell = floor(at);
     vec2 top = vec2(0.0, 0.5);
     for (float i = -1.0; i <= 1.0; ++i) {
-        vec3 p = fract(mod(cell + i, count) * vec3(0.1031, 0.1030, 0.0973));
-        p += dot(p, p.yzx + 33.33);
-        vec2 h = fract((p.xx + p.yz) * p.zy);  // the same on every driver, as sin() would not be
+        vec2 h = numbers_of(uint(mod(cell + i, count)));
         float aside = abs(at - cell - i - 0.2 - 0.6 * h.x) * (0.88 + 0.28 * fract(13.0 * y + 7.0 * h.x) + uneven);
         float height = (0.35 + 0.65 * h.y) * (1.0 - aside / (0.5 + 0.35 * h.y));
         if (height > top.x) top = vec2(height, fract(5.0 * h.x));

@@ -55,7 +55,12 @@ void main() {
 
     // What thins out over a ground of snow becomes it: single grains that lie there would make a seam.
     float thins = fading(0.7, 3.0, (dot(snow_ground.xyz, position) + snow_ground.w) / spacing);
-    normal = normalize(mix(normal, snow_ground.xyz, thins));
+    int low = thins > 0.0 ? 1 : 0;
+    for (int once = 0; once < low; ++once) {  // not where more snow stands above, as over a steep foot
+        vec3 above = (position + 6.0 * spacing * snow_ground.xyz - volume_origin) / volume_size;
+        thins *= fading(0.1, 0.4, texture(snow_outward, above).a);
+    }
+    normal = normalize(mix(normal, snow_ground.xyz, thins) + vec3(1e-5, 0.0, 0.0));
 
     // Pits of the grain and hollows between lumps see less of the light.
     float raw = texelFetch(raw_depths, at, 0).r, wide = texelFetch(wide_depths, at, 0).r;
@@ -75,12 +80,14 @@ void main() {
     vec3 inside = past_bodies * light.rgb * deep * mix(1.0, let_in, smoothstep(0.02, 0.1, dense) * (1.0 - loose));
     float scattered = scattering + loose * (0.02 + 0.08 * light.g);
     // Grains send most of the light nearly straight on: against the sun, what is thin shines.
-    float against = max(dot(normalize(ray), to_sun), 0.0), through = light.g * light.g;
-    float reached = texture(shadow_all, shadow_position(position + 4.0 * spacing * to_sun));
-    inside += 3.0 * against * against * against * through * through * reached * (1.0 - direct) * deep;
+    float against = max(dot(normalize(ray), to_sun), 0.0), through = light.g * light.g * light.g;
+    float reached = 0.0;
+    for (float ahead = 2.0; ahead < 10.0; ahead += 3.0)
+        reached += texture(shadow_all, shadow_position(position + ahead * spacing * to_sun)) / 3.0;
+    inside += 3.0 * against * against * against * through * reached * past_bodies * (1.0 - direct) * deep;
     vec3 sun = sun_light * (mix(vec3(direct), inside, scattered) + 0.35 * (1.0 - thin) * past_bodies * light.g);
     float seen = open_sky(clamp(light.a * open, 0.12, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));
-    seen *= 1.0 + 0.6 * grain_share * dot(grain - normal, brightest_sky());
+    seen *= 1.0 + 0.5 * grain_share * dot(grain - normal, brightest_sky());
     vec3 around = seen * (sky_by_normal(normal) + seen * bounce_by_normal(normal, seen));
     if (coloured) {
         // Shaded only as far as it takes to see the shape: the colours must be those of the scale.
@@ -89,7 +96,6 @@ void main() {
         out_light = vec4(pow(own, vec3(2.2)) * mix(0.55, 1.0, smoothstep(0.0, 1.2, shade)), 1.0);
         return;
     }
-    // From afar, where a particle has less than three samples, there are none.
-    float width = depth * sample_tan, sparkle = fading(0.18, 0.35, width / spacing) * glint(position, smooth_normal / sure, ray, width);
-    out_light = vec4(seen_through_air(albedo * (sun + around) + 5.0 * sparkle * direct * sun_light, depth, ray), 1.0);
+    float sparkle = glint(position, smooth_normal / sure, ray, depth * sample_tan);
+    out_light = vec4(seen_through_air(albedo * (sun + around) + 4.0 * sparkle * direct * sun_light, depth, ray), 1.0);
 }

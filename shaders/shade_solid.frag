@@ -57,9 +57,9 @@ void main() {
     open *= 1.0 + 0.6 * dot(m.normal - face, brightest_sky());
     vec3 colour = m.albedo * (sun_light * direct + open * (sky_by_normal(m.normal) + bounce_by_normal(m.normal, open)));
 
-    int sparkles = m.soft > 0.0 && width < 0.004 ? 1 : 0;
+    int sparkles = m.soft > 0.0 && direct > 0.0 && width < 0.35 * spacing ? 1 : 0;
     for (int once = 0; once < sparkles; ++once)
-        colour += 5.0 * fading(0.001, 0.004, width) * glint(position, m.normal, ray, width) * direct * sun_light;
+        colour += 5.0 * m.soft / snow_wrap * glint(position - moved, m.normal, ray, width) * direct * sun_light;
 
     if (m.mirror > 0.0) {
         vec3 mirror_way = reflect(towards, m.normal), half_way = normalize(to_sun - towards);

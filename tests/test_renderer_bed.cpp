@@ -90,15 +90,22 @@ TEST_CASE("a drift thins out over a ground of snow without a seam", "[renderer]"
     std::vector<float> wedge = bed();  // it ends at z = 0.2
     for (std::size_t p = 0; p < wedge.size(); p += 3)
         wedge[p + 1] *= std::clamp(0.5f - 2.5f * wedge[p + 2], 0.0f, 1.0f);
-    const Image image =
-        renderer->draw({wedge, {}, spacing}, ground, {{0, 0.32, 1.3}, {0, 0, 0.2}, 24}, 0);
-    const auto row = [&](int y) {
-        double sum = 0;
-        for (int x = 50; x < 110; ++x) sum += brightness(image, x, y) / 60;
-        return sum;
-    };
-    double darkest = 255;
-    for (int y = 25; y < 65; ++y) darkest = std::min(darkest, row(y));
-    CAPTURE(darkest, row(20), row(70));
-    CHECK(darkest > std::min(row(20), row(70)) - 35);  // 88 darker if each grain had a shaded side
+    std::vector<Solid> rising = ground;
+    rising[0].velocity = {0, 0.5, 0};
+    for (const double time : {0.0, 0.8}) {  // wherever the ground is
+        const float rise = static_cast<float>(0.5 * time);
+        std::vector<float> lifted = wedge;
+        for (std::size_t p = 0; p < lifted.size(); p += 3) lifted[p + 1] += rise;
+        const Image image = renderer->draw({lifted, {}, spacing}, rising,
+                                           {{0, 0.32 + rise, 1.3}, {0, rise, 0.2}, 24}, time);
+        const auto row = [&](int y) {
+            double sum = 0;
+            for (int x = 50; x < 110; ++x) sum += brightness(image, x, y) / 60;
+            return sum;
+        };
+        double darkest = 255;
+        for (int y = 25; y < 65; ++y) darkest = std::min(darkest, row(y));
+        CAPTURE(time, darkest, row(20), row(70));
+        CHECK(darkest > std::min(row(20), row(70)) - 35);  // 88 darker if each grain had a shaded side
+    }
 }

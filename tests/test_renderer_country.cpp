@@ -10,7 +10,7 @@ using namespace firn;
 TEST_CASE("the country around ends nowhere, is uneven, and leaves the sky over it even", "[renderer]") {
     const auto renderer = renderer_for(small_picture(Quality::preview));
     if (!renderer) return;
-    // Along −x, where the angle around jumps from π to −π, so near that all is smooth, and elsewhere.
+    // Along −x, where the angle around jumps from π to −π, and elsewhere.
     for (const Vec3d& towards : {Vec3d(-1, 0.01, 0), Vec3d(0, 0.01, -1)}) {
         const Vec3d eye(0, 0.5, 0);
         const Image near = renderer->draw({}, ground, {eye, eye + towards, 3}, 0);

@@ -326,6 +326,21 @@ TEST_CASE("crystals in near snow glint, few of them, and stay when the camera mo
     CHECK(stayed > 0.7 * static_cast<double>(in_both));
 }
 
+TEST_CASE("crystals glint on a near ground of snow, on soil and tiles none do", "[renderer]") {
+    Picture picture = small_picture(Quality::final);
+    picture.exposure = 0.5, picture.sun_azimuth = 0, picture.sun_elevation = 38;  // where a mirror would show it
+    const auto renderer = renderer_for(picture);
+    if (!renderer) return;
+    for (const Look look : {Look::snow, Look::soil, Look::tiles}) {
+        std::vector<Solid> level = ground;
+        level[0].look = look;
+        const auto found =
+            sparks(renderer->draw({{}, {}, spacing}, level, {{-0.5, 0.4, 0}, {0, 0, 0}, 24}, 0)).size() / 2;
+        CAPTURE(static_cast<int>(look), found);
+        CHECK((found > 5) == (look == Look::snow));
+    }
+}
+
 TEST_CASE("a ramp that is enlarged is the same ramp, level where the samples end", "[renderer]") {
     constexpr int width = 41, height = 25;
     for (const double edge : {0.5, 0.4}) {
