@@ -24,8 +24,10 @@ const Program& Renderer::Passes::solid_program(Look look, const BodyDistances& b
         {Look::tiles, "tiles"}, {Look::concrete, "concrete"}, {Look::metal, "metal"},
     };
     const std::string file = "look_" + names.at(look) + ".glsl";
-    return shading_program(file, {"light.glsl", "country.glsl", "bodies.glsl", "glint.glsl", "solid.glsl", file, "shade_solid.frag"},
-                           bodies);
+    return shading_program(
+        file,
+        {"light.glsl", "country.glsl", "bodies.glsl", "glint.glsl", "solid.glsl", file, "shade_solid.frag"},
+        bodies);
 }
 
 void Renderer::Passes::shade(const Frame& frame) {

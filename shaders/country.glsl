@@ -50,7 +50,7 @@ vec3 country_before(vec3 colour, vec3 direction, float blur) {
     int at_horizon = high < 0.17 + blur && high > -0.04 ? 1 : 0;  // below it fades, where no ground hides it
     for (int once = 0; once < at_horizon; ++once) {
         vec3 light = light_on_level(), mist = air_at_horizon(direction), seen = colour;
-        float around = atan(direction.z, direction.x) / 6.2831853, towards = max(dot(normalize(direction.xz + vec2(1e-6, 0.0)), to_sun.xz), 0.0);
+        float around = atan(direction.z, direction.x) / 6.2831853, towards = towards_sun(direction);
         float hill = 0.045 + 0.018 * swell(around, 2.0, 0.15, blur) + 0.004 * swell(around, 9.0, 0.4, blur);
         float slope = swell(around, 11.0, 0.6 + 2.0 * high, blur), woods = swell(around, 200.0, 0.8 + 20.0 * high, blur) + 2.0 * slope;
         vec3 far_off = light * mix(vec3(0.86) + 0.1 * slope, vec3(0.35, 0.39, 0.41), 0.7 * smoothstep(0.5, 2.5, woods));

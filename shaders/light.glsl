@@ -24,12 +24,16 @@ uniform float spacing;             // of particles [m]
 uniform float haze_distance;       // [m]
 uniform float exposure;
 
+// About the sun, most along the horizon; `towards` is the cosine of the angle to it.
+vec3 glow_of_air(float towards, float height) {
+    float wide = towards * towards * towards * towards;
+    return sun_light * (0.10 * wide + 0.25 * exp(-5.0 * abs(height)) * wide * wide * wide);
+}
+
 // Without the sun itself.
 vec3 sky(vec3 direction) {
     vec3 colour = mix(sky_zenith, sky_horizon, exp(-5.5 * max(direction.y, 0.0)));
-    float towards = max(dot(direction, to_sun), 0.0), wide = towards * towards;
-    wide *= wide;
-    return colour + sun_light * (0.10 * wide + 0.25 * exp(-5.0 * abs(direction.y)) * wide * wide * wide);
+    return colour + glow_of_air(max(dot(direction, to_sun), 0.0), direction.y);
 }
 
 vec3 shadow_position(vec3 position) {
@@ -140,11 +144,12 @@ const float snow_wrap = 0.16;      // how far sunlight reaches around the edge o
 
 vec3 light_on_level() { return max(to_sun.y, 0.0) * sun_light + sky_light; }
 
-// Of far air over snow, the brighter the nearer to the sun, as sky().
+// At the horizon below a direction.
+float towards_sun(vec3 way) { return max(dot(normalize(way.xz + vec2(1e-6, 0.0)), to_sun.xz), 0.0); }
+
+// Of far air over snow.
 vec3 air_at_horizon(vec3 way) {
-    float towards = max(dot(normalize(way.xz + vec2(1e-6, 0.0)), to_sun.xz), 0.0), wide = towards * towards;
-    wide *= wide;
-    return mix(sky_horizon, 0.8 * light_on_level(), 0.35) + sun_light * (0.10 * wide + 0.25 * wide * wide * wide);
+    return mix(sky_horizon, 0.8 * light_on_level(), 0.35) + glow_of_air(towards_sun(way), 0.0);
 }
 
 // What comes to the eye through the air between.

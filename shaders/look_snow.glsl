@@ -9,7 +9,7 @@ Matter matter_of(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
     const mat2 wind = mat2(0.96, 0.28, -0.84, 2.88);  // ridges, three times as long as wide
     vec2 blown = noise_at(wind * at, 2.3, width).xy * wind;
     float ridges = 0.035 / (1.0 + 8.0 * width);  // width [m]
-    vec3 slope = near * (0.10 * drift + 0.03 * fine + 0.10 * grain) ;
+    vec2 slope = near * (0.10 * drift + 0.03 * fine + 0.10 * grain).xy + ridges * blown;
     return Matter(snow_albedo * (1.0 + near * (0.01 * fine.z + 0.03 * grain.z)),
-                  normalize(n - (slope.x + ridges * blown.x) * u - (slope.y + ridges * blown.y) * v), 0.0, 0.0, snow_wrap);
+                  normalize(n - slope.x * u - slope.y * v), 0.0, 0.0, snow_wrap);
 }

@@ -81,8 +81,8 @@ void main() {
     float scattered = scattering + loose * (0.02 + 0.08 * light.g);
     // Grains send most of the light nearly straight on: against the sun, what is thin shines.
     float against = max(dot(normalize(ray), to_sun), 0.0), through = light.g * light.g * light.g;
-    float reached = 0.0;
-    for (float ahead = 2.0; ahead < 10.0; ahead += 3.0)
+    float reached = 0.0, last = against > 0.1 ? 8.0 : 0.0;
+    for (float ahead = 2.0; ahead <= last; ahead += 3.0)
         reached += texture(shadow_all, shadow_position(position + ahead * spacing * to_sun)) / 3.0;
     inside += 3.0 * against * against * against * through * reached * past_bodies * (1.0 - direct) * deep;
     vec3 sun = sun_light * (mix(vec3(direct), inside, scattered) + 0.35 * (1.0 - thin) * past_bodies * light.g);

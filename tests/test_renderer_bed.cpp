@@ -109,3 +109,22 @@ TEST_CASE("a drift thins out over a ground of snow without a seam", "[renderer]"
         CHECK(darkest > std::min(row(20), row(70)) - 35);  // 88 darker if each grain had a shaded side
     }
 }
+
+TEST_CASE("a steep foot keeps its shade over a ground of snow", "[renderer]") {
+    Picture picture = small_picture(Quality::final);
+    picture.sun_azimuth = 250, picture.sun_elevation = 20;
+    const auto renderer = renderer_for(picture);
+    if (!renderer) return;
+    std::vector<float> block = bed();  // its face stands at z = 0 and lies in shade
+    for (std::size_t p = 0; p < block.size(); p += 3) block[p + 1] *= 2, block[p + 2] = block[p + 2] / 2 - 0.2f;
+    const Camera camera{{0, 0.1, 1.2}, {0, 0.1, 0}, 24};
+    const Image image = renderer->draw({block, {}, spacing}, ground, camera, 0);
+    const auto at_height = [&](double height) {
+        double sum = 0;
+        for (int x = 50; x < 110; ++x)
+            sum += brightness(image, x, static_cast<int>(pixel_of({0, height, 0}, camera, image)[1])) / 60;
+        return sum;
+    };
+    CAPTURE(at_height(0.02), at_height(0.1));
+    CHECK(at_height(0.02) < at_height(0.1) + 5);
+}
