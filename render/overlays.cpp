@@ -1,5 +1,7 @@
 #include "render/passes.h"
 
+#include <cmath>
+
 namespace firn {
 
 /// Over what is drawn, mirrored sky is added and what comes through weakened.
@@ -43,9 +45,13 @@ void Renderer::Passes::draw_spray(const Frame& frame) {
         program->set("palette", unit_palette);
         program->set("coloured", frame.coloured);
         program->set("shutter", frame.shutter);
+        program->set("aperture", frame.aperture);
+        program->set("focus", frame.focus);
         program->set("edge", static_cast<float>(effort.edge));
         const auto draw = [&](GLenum what, std::size_t first, std::size_t end, int each) {
-            if (end > first) glDrawArraysInstanced(what, static_cast<GLint>(first), static_cast<GLsizei>(end - first), each);
+            if (end > first)
+                glDrawArraysInstanced(what, static_cast<GLint>(first), static_cast<GLsizei>(end - first),
+                                      each);
         };
         const SpraySorted::Part &with = frame.spray_with_puffs, &without = frame.spray_without;
         if (program == &puff_program) {
@@ -79,7 +85,7 @@ void Renderer::Passes::draw_nodes(const Frame& frame) {
     check_gl("nodes");
 }
 
-void Renderer::Passes::blur_by_lens(const Frame& frame) {
+void Renderer::Passes::blur_by_lens(const Frame& frame, int moment) {
     glBindFramebuffer(GL_FRAMEBUFFER, blurred_target.id());
     lens_program.use();
     set_view(lens_program, frame.view);
@@ -88,7 +94,10 @@ void Renderer::Passes::blur_by_lens(const Frame& frame) {
     lens_program.set("depths", unit_raw_depths);
     lens_program.set("aperture", frame.aperture);
     lens_program.set("focus", frame.focus);
-    lens_program.set("max_radius", static_cast<float>(0.02 * picture.height * effort.edge));
+    lens_program.set("max_radius", static_cast<float>(0.04 * picture.height * effort.edge));
+    const double golden_ratio = 0.6180339887;  // its multiples are spread evenly
+    lens_program.set("turn", static_cast<float>(std::fmod(0.5 + golden_ratio * moment, 1)));
+    lens_program.set("edge", static_cast<float>(effort.edge));
     glBindVertexArray(no_array.id());
     glDrawArrays(GL_TRIANGLES, 0, 3);
     picture_light = &blurred;

@@ -104,7 +104,7 @@ enum Unit {
 struct Renderer::Passes {
     explicit Passes(const Picture&);
     Image draw(const ParticleView&, const std::vector<Solid>&, const Camera&, double time);
-    void draw_moment(const ParticleView&, const std::vector<Solid>&, const Camera&, double time);
+    void draw_moment(const ParticleView&, const std::vector<Solid>&, const Camera&, double time, int moment);
 
     Frame prepare(ParticleView, const std::vector<Solid>&, const Camera&, double time);
     void prepare_solids(Frame&, const std::vector<Solid>&, double time);
@@ -116,7 +116,7 @@ struct Renderer::Passes {
     void draw_glass(const Frame&);
     void draw_spray(const Frame&);
     void draw_nodes(const Frame&);
-    void blur_by_lens(const Frame&);
+    void blur_by_lens(const Frame&, int moment);
     void add_moment(int moments, bool first);
     void resolve();
     Image read_back();
@@ -164,10 +164,10 @@ struct Renderer::Passes {
         near_splat_program{{"splat.vert"}, {"splat.frag"}, {{"faces", 1}}}, smooth_program{{"full_screen.vert"}, {"smooth.frag"}},
         sky_program{{"full_screen.vert"}, {"light.glsl", "country.glsl", "shade_sky.frag"}},
         glass_program{{"mesh.vert"}, {"light.glsl", "glass.frag"}},
-        puff_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 1}, {"lines", 0}}},
-        grain_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 0}}},
-        streak_program{{"light.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 1}}},
-        node_program{{"node.vert"}, {"node.frag"}}, lens_program{{"full_screen.vert"}, {"lens.frag"}},
+        puff_program{{"light.glsl", "lens.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 1}, {"lines", 0}}},
+        grain_program{{"light.glsl", "lens.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 0}}},
+        streak_program{{"light.glsl", "lens.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 1}}},
+        node_program{{"node.vert"}, {"node.frag"}}, lens_program{{"full_screen.vert"}, {"lens.glsl", "lens.frag"}},
         add_program{{"full_screen.vert"}, {"add_moment.frag"}},
         resolve_program{{"full_screen.vert"}, {"resolve.frag"}, {{"edge", std::max(static_cast<int>(effort.edge), 1)}}};
 };

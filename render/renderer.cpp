@@ -128,7 +128,8 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
     light_target = make_framebuffer("light (RGBA16F, depth 24 stencil 8)", {&light}, &depth_buffer,
                                     GL_DEPTH_STENCIL_ATTACHMENT);
     blurred = make_texture_2d(GL_RGBA16F, width, height);
-    blurred_target = make_framebuffer("light (RGBA16F)", {&blurred});
+    blurred_target = make_framebuffer("light (RGBA16F, depth 24 stencil 8)", {&blurred}, &depth_buffer,
+                                      GL_DEPTH_STENCIL_ATTACHMENT);
     if (picture.motion_samples > 1) {
         moments = make_texture_2d(GL_RGBA16F, width, height);
         moments_target = make_framebuffer("light (RGBA16F)", {&moments});
@@ -155,7 +156,7 @@ Image Renderer::Passes::draw(const ParticleView& particles, const std::vector<So
                 moved[c] += static_cast<float>(later) * particles.v[c];
             now.x = moved;
         }
-        draw_moment(now, solids, camera_at(camera, time + later), time + later);
+        draw_moment(now, solids, camera_at(camera, time + later), time + later, i);
         if (count > 1) add_moment(count, i == 0);
     }
     resolve();
@@ -163,7 +164,7 @@ Image Renderer::Passes::draw(const ParticleView& particles, const std::vector<So
 }
 
 void Renderer::Passes::draw_moment(const ParticleView& particles, const std::vector<Solid>& solids,
-                                   const Camera& camera, double time) {
+                                   const Camera& camera, double time, int moment) {
     Frame frame = prepare(particles, solids, camera, time);
     draw_shadows(frame);
     if (frame.volume.valid()) upload_volume(frame.volume.get());
@@ -172,10 +173,10 @@ void Renderer::Passes::draw_moment(const ParticleView& particles, const std::vec
     shade(frame);
     draw_nodes(frame);
     draw_glass(frame);
-    draw_spray(frame);
-    glDisable(GL_SCISSOR_TEST);
     picture_light = &light;
-    if (frame.aperture > 0) blur_by_lens(frame);
+    if (frame.aperture > 0) blur_by_lens(frame, moment);
+    draw_spray(frame);  // which is blurred grain by grain: a pixel of it has no depth of its own
+    glDisable(GL_SCISSOR_TEST);
 }
 
 void Renderer::Passes::add_moment(int count, bool first) {

@@ -55,10 +55,12 @@ bool in_picture(const Vector3f& x, float radius, const View& view) {
            std::abs(p.y()) < half.y() * (p.z() + radius) + 2 * radius;
 }
 
-/// Of whole snow's radius, what a particle that lies alone has: few are large.
-float crumb_share(float hash) {
-    const float h = 128 * hash - std::floor(128 * hash);
-    return 0.16f + 0.40f * h * h;
+/// What a particle that lies alone has: few are large. What flies is powder for the most part, with crumbs in it whose
+/// sizes are spread as broken pieces' are: as many are wider than r as r⁻² [Turcotte 1986]; none holds more than its particle.
+float crumb_radius(float spacing, float flying, float hash) {
+    const float h = 128 * hash - std::floor(128 * hash), in_air = 0.04f / std::sqrt(h + 1e-4f);
+    return std::lerp(radius_of(spacing, 0.16f + 0.40f * h * h, hash),
+                     in_air < 0.1f ? 0 : spacing * std::min(in_air, 0.62f), flying);
 }
 
 /// In a cloud of density ρ neighbours are ρ^(−1/3) apart: powder spreads as far, and where that is too far shows no more.
@@ -211,10 +213,10 @@ struct Chooser {
         }
         const Vector3f x(batch.x[i], batch.y[i], batch.z[i]);
         const float flying = flight(x, p, rho), solid_share = wholeness(rho, flying),
-                    crumb_size = crumb_share(hash) * (1 - flying),
-                    crumb = radius_of(spacing, crumb_size, hash);
-        const bool sprayed = solid_share < crumb_size &&
-                             crumb < detail.crumb * view.sample_tan * view.basis.col(2).dot(x - view.eye);
+                    solid = radius_of(spacing, std::sqrt(solid_share), hash),
+                    crumb = crumb_radius(spacing, flying, hash);
+        const bool sprayed =
+            solid < crumb && crumb < detail.crumb * view.sample_tan * view.basis.col(2).dot(x - view.eye);
         if (const float amount = (1 - 1.6f * solid_share) * (0.5f + 0.5f * flying); amount > 0.15f) {
             SprayPoint point = spray_point(particles, p, amount, 1 - smoothstep(0.03f, 0.10f, rho), hash,
                                            sprayed ? crumb : 0);
@@ -224,8 +226,7 @@ struct Chooser {
             point.powder *= std::min(2 * around / std::max(rho, 1e-4f), 1.0f);
             piece.spray.push_back(point);
         }
-        if (const float radius = std::max(radius_of(spacing, std::sqrt(solid_share), hash), crumb);
-            radius > 0.017f * spacing && kept)
+        if (const float radius = std::max(solid, crumb); radius > 0.017f * spacing && kept)
             add(piece, splat_of(radius), covered | (sprayed ? from_eye : 0));
     }
 

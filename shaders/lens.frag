@@ -2,32 +2,34 @@
 // spreads over what is behind, not the other way about.
 uniform sampler2D light;
 uniform sampler2D depths;          // 0: the sky
-uniform float aperture;            // diameter [m]
-uniform float focus;               // [m]
 uniform float max_radius;          // [samples]
+uniform float turn;                // of the taps, 0 to 1: each moment's lie between those of the others
+uniform float edge;                // samples along a pixel's edge
 
 out vec4 out_light;
 
-// Radius of the disc of a point at that depth, in samples:  A |d − f| / (2 d f tan).
-float blur_at(float depth) {
-    float spread = depth > 0.0 ? abs(depth - focus) / depth : 1.0;
-    return min(0.5 * aperture * spread / (focus * sample_tan), max_radius);
+const float far_away = 1e9;         // [m]
+
+float depth_at(ivec2 place) {
+    float depth = texelFetch(depths, place, 0).r;
+    return depth > 0.0 ? depth : far_away;
 }
 
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy), last = ivec2(samples) - 1;
-    float own_depth = texelFetch(depths, at, 0).r, own = blur_at(own_depth);
-    if (own_depth == 0.0) own_depth = 1e9;
-    vec3 sum = texelFetch(light, at, 0).rgb;
-    float weights = 1.0;
+    float own_depth = depth_at(at), own = min(blur_at(own_depth), max_radius);
+    float weights = 1.0 / max(3.1416 * own * own, 1.0);  // of light that is spread over a disc, what comes here
+    vec3 sum = weights * texelFetch(light, at, 0).rgb;
     const int taps = 48;
+    ivec2 place = edge < 2.0 ? ivec2(0) : at & 1;  // so do those of a pixel's samples
+    float between = fract(turn + 0.25 * float(2 * (place.x ^ place.y) + place.y));
     for (int i = 0; i < taps; ++i) {
-        float radius = max_radius * sqrt((float(i) + 0.5) / float(taps)), turn = 2.399963 * float(i);
-        ivec2 there = clamp(at + ivec2(round(radius * vec2(cos(turn), sin(turn)))), ivec2(0), last);
-        float depth = texelFetch(depths, there, 0).r, blur = blur_at(depth);
-        if (depth == 0.0) depth = 1e9;
+        float share = sqrt((float(i) + between) / float(taps)), radius = max_radius * share * sqrt(share), angle = 2.399963 * (float(i) + 13.0 * between);
+        ivec2 there = clamp(at + ivec2(round(radius * vec2(cos(angle), sin(angle)))), ivec2(0), last);
+        float depth = depth_at(there), blur = min(blur_at(depth), max_radius);
         if (depth > own_depth) blur = min(blur, own);
-        float weight = clamp(blur - radius + 1.0, 0.0, 1.0) * max_radius * max_radius / (max(blur * blur, 1.0) * float(taps));
+        // They are denser at the middle, for small discs: each stands for its part, d(πr²)/di, of a disc of light.
+        float weight = clamp(blur - radius + 0.5, 0.0, 1.0) * 1.5 * max_radius * max_radius * share / (max(blur * blur, 0.32) * float(taps));
         sum += weight * texelFetch(light, there, 0).rgb;
         weights += weight;
     }

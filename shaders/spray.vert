@@ -36,22 +36,22 @@ void main() {
     spray_depth = dot(at - eye, basis[2]);
     float sample_width = max(spray_depth, near_depth) * sample_tan;
     vec3 ray = (at - eye) / max(spray_depth, near_depth);
-    float radius = r / sample_width, least = 0.55 * edge;
-    if (radius < least) {              // what is smaller than a pixel hides a share of it
-        opacity *= radius * radius / (least * least);
-        radius = least;
-    }
+    float sharp = r / sample_width, least = 0.55 * edge, blur = blur_at(max(spray_depth, near_depth)), width = max(sharp, least);
+    // A line cannot be wide: out of focus each grain's lies elsewhere on the lens's disc.
+    if (lines == 1) at += blur * sample_width * sqrt(h.y) * (cos(6.2832 * h.x) * basis[0] + sin(6.2832 * h.x) * basis[1]);
+    float radius = lines == 1 ? width : max(length(vec2(sharp, blur)), least);
+    opacity *= min(sharp * sharp / (radius * radius), 1.0);  // what is smaller than a pixel hides a share of it
     opacity *= fading(0.15, 0.35, 2.0 * radius / max_point_size);  // at the lens
     vec3 way = transpose(basis) * velocity * (0.5 * shutter);
     vec2 straight = (way.xy - way.z * (transpose(basis) * ray).xy) / sample_width;
     float length_of_way = length(straight);
-    bool streak = !puff && !whole && length_of_way > 2.0 * radius;
+    bool streak = !puff && !whole && length_of_way > 2.0 * width;
     float longest = puff ? 1.2 * radius : max(0.5 * max_point_size - radius - 1.0, 0.0);
     straight = (0.2 + 0.8 * h.z * h.z) * mat2(1.0, 0.5 * h.y - 0.25, 0.25 - 0.5 * h.y, 1.0) * straight;  // the air whirls
     half_way = straight * min(1.0, longest / max(length_of_way, 1e-6));
     // What flies to or from the eye hides no more than what flies across.
     float blurred = max(length_of_way, 0.15 * shutter * length(velocity) / sample_width);
-    opacity *= whole ? 1.0 : puff ? radius / (radius + 0.7 * length(half_way)) : radius / (radius + 0.5 * blurred);
+    opacity *= whole ? radius / (radius + 1.27 * length(half_way)) : puff ? radius / (radius + 0.7 * length(half_way)) : radius / (radius + 0.5 * blurred);
     spray_radius = radius;
     spray_size = 2.0 * (radius + length(half_way)) + 1.0;
     spray_hash = hash;

@@ -181,6 +181,22 @@ TEST_CASE("a grain is a crumb where it lies or slides, and powder where it flies
     for (const float speed : {slow, sliding, fast}) CHECK(amount(speed, 5 * spacing) == Approx(1));
 }
 
+TEST_CASE("in flying powder are crumbs as of what breaks: a quarter of them is twice as wide", "[light]") {
+    std::vector<float> x = block(30, 30);
+    for (float& c : x) c *= 8;
+    const Splats splats = splats_of(x, {0, 0, 30}, std::vector<float>(x.size(), 3.0f));
+    const auto wider_than = [&](float spacings) {
+        return double(std::count_if(splats.all.begin(), splats.all.end(),
+                                    [&](const Splat& s) { return s.radius > spacings * spacing; }));
+    };
+    const double particles = 30 * 30 * 30;
+    CHECK(splats.spray.size() == particles);  // each has powder about it
+    CHECK(wider_than(0.2f) / wider_than(0.1f) == Approx(0.25).epsilon(0.25));
+    CHECK(wider_than(0.1f) > 0.04 * particles);
+    CHECK(wider_than(0) < 0.2 * particles);
+    CHECK(wider_than(0.62f) == 0);  // none holds more than its particle
+}
+
 TEST_CASE("cells grow by a fifth where there are too many, and a lump stays as firm", "[light]") {
     std::vector<float> x = block(4, 4);
     for (const float far : {-0.5f, 0.5f}) x.insert(x.end(), {far, far, far});

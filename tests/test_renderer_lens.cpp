@@ -1,0 +1,125 @@
+#include "tests/small_pictures.h"
+
+#include <numeric>
+
+using namespace firn;
+
+namespace {
+
+constexpr double sharp_at = 1, far_off = 6;  // [m]
+constexpr int width = 480, height = 270;
+
+Picture wide_picture(Quality quality) {
+    Picture picture = small_picture(quality);
+    picture.width = width, picture.height = height;
+    return picture;
+}
+
+/// Level, towards a wall far behind what is sharp: `radius` is that of the lens's disc there [pixels], by thin lenses'
+/// A |d − f| / (2 d f) as a share of a pixel's width at unit depth.
+Camera camera_with(double radius) {
+    Camera camera{{0, 1, far_off}, {0, 1, 0}, 40};
+    const double pixel_tan = 2 * std::tan(20 * EIGEN_PI / 180) / height;
+    camera.aperture = radius * pixel_tan * 2 * far_off * sharp_at / (far_off - sharp_at);
+    camera.focus = sharp_at;
+    return camera;
+}
+
+/// A wall of two halves.
+std::vector<Solid> wall(Look left, Look right) {
+    return {{{Box{{-5, 1, -0.5}, {10, 8, 1}}}, left}, {{Box{{5, 1, -0.5}, {10, 8, 1}}}, right}};
+}
+
+/// Light of a pixel's green, 0 to 1.
+double linear(const Image& image, int x, int y) {
+    const double encoded = image.pixels[3 * (static_cast<std::size_t>(y) * image.width + x) + 1] / 255.0;
+    return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+}
+
+/// Of each column the mean over rows in the picture's middle.
+std::vector<double> columns_of(const Image& image) {
+    std::vector<double> columns(image.width);
+    for (int x = 0; x < image.width; ++x)
+        for (int y = height / 3; y < 2 * height / 3; ++y) columns[x] += linear(image, x, y) / (height / 3);
+    return columns;
+}
+
+}  // namespace
+
+TEST_CASE("an edge out of focus is spread as the lens's disc, and nothing of it stays sharp", "[renderer]") {
+    for (const Quality quality : {Quality::preview, Quality::final}) {
+        const auto renderer = renderer_for(wide_picture(quality));
+        if (!renderer) return;
+        for (const double radius : {0.0, 3.0, 6.0, 9.0}) {
+            const auto columns = [&](Look left, Look right) {
+                return columns_of(renderer->draw({}, wall(left, right), camera_with(radius), 0));
+            };
+            const auto dark = columns(Look::concrete, Look::concrete),
+                       bright = columns(Look::snow, Look::snow), both = columns(Look::concrete, Look::snow);
+            const auto risen = [&](int x) { return (both[x] - dark[x]) / (bright[x] - dark[x]); };
+            const int reach = 16;
+            double whole = 0, mean = 0, variance = 0, steepest = 0;
+            for (int x = width / 2 - reach; x < width / 2 + reach; ++x) {
+                const double step = risen(x + 1) - risen(x);
+                whole += step, mean += step * x, variance += step * x * x;
+                steepest = std::max(steepest, step);
+            }
+            mean /= whole, variance = variance / whole - mean * mean;
+            CAPTURE(int(quality), radius, whole, mean, variance, steepest);
+            REQUIRE(bright[width / 2] - dark[width / 2] > 0.2);
+            CHECK(std::abs(whole - 1) < 0.02);
+            CHECK(std::abs(mean - (width / 2 - 1)) < 0.1);
+            // A straight edge before a disc: the slope is half an ellipse, of variance r²/4 and height 2/(π r).
+            CHECK(std::abs(std::sqrt(variance) - radius / 2) < 0.08 * radius + (radius > 0 ? 0.2 : 0.6));
+            if (radius > 0)  // with one sample for a pixel the disc's taps show a little
+                CHECK(steepest < (quality == Quality::final ? 1.3 : 2) * 2 / (EIGEN_PI * radius));
+            else
+                CHECK(steepest > 0.7);
+        }
+    }
+}
+
+TEST_CASE(
+    "powder out of focus hides as much, spread as the lens's disc, and stays sharp where it is in focus",
+    "[renderer]") {
+    const auto renderer = renderer_for(wide_picture(Quality::final));
+    if (!renderer) return;
+    const auto risen = [&](const ParticleView& powder, const Camera& camera) {
+        const auto dark = wall(Look::concrete, Look::concrete);
+        const Image with = renderer->draw(powder, dark, camera, 0),
+                    without = renderer->draw({}, dark, camera, 0);
+        std::vector<double> light;
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) light.push_back(linear(with, x, y) - linear(without, x, y));
+        return light;
+    };
+    const auto sum = [](const std::vector<double>& light) {
+        return std::accumulate(light.begin(), light.end(), 0.0);
+    };
+    const auto most = [](const std::vector<double>& light) {
+        return *std::max_element(light.begin(), light.end());
+    };
+    const double depth = 2;
+    std::vector<float> x, v;
+    for (int j = -3; j <= 3; ++j)
+        for (int i = -6; i <= 6; ++i) {
+            for (const double at : {0.1 * i, 1 + 0.1 * j, far_off - depth})
+                x.push_back(static_cast<float>(at));
+            for (const double of : {1.0, 0.5, 0.2}) v.push_back(static_cast<float>(of));
+        }
+    for (const float speed : {1.0f, 30.0f}) {  // grains as points and as lines
+        std::vector<float> fast = v;
+        for (float& component : fast) component *= speed;
+        const ParticleView powder{x, fast, spacing};
+        const auto sharp = risen(powder, camera_with(0));
+        Camera camera = camera_with(6);
+        const auto blurred = risen(powder, camera);
+        camera.focus = depth;
+        const auto found = risen(powder, camera);
+        CAPTURE(speed, sum(sharp), sum(blurred), sum(found), most(sharp), most(blurred), most(found));
+        REQUIRE(sum(sharp) > 5);
+        CHECK(sum(blurred) / sum(sharp) == Approx(1).margin(0.15));
+        CHECK(most(blurred) < 0.7 * most(sharp));
+        CHECK(most(found) > 0.9 * most(sharp));
+    }
+}
