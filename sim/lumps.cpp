@@ -38,7 +38,8 @@ struct Lump {
 
 Lump lump_at(const Vec3d& x, std::uint64_t seed) {
     const Vec3d cell = x.array().floor();
-    std::array<Vec3d, 125> points;  // one in each cell: the nearest is within √3, and beyond two cells none matters
+    std::array<Vec3d, 125>
+        points;  // one in each cell: the nearest is within √3, and beyond two cells none matters
     Lump lump{std::numeric_limits<double>::infinity()};
     double least = lump.depth;
     int own = 0;
@@ -59,13 +60,19 @@ Lump lump_at(const Vec3d& x, std::uint64_t seed) {
 }  // namespace
 
 double packed_Jp(const Lumps& lumps, const Vec3d& x, std::uint64_t seed) {
-    constexpr double seam_width = 0.125;  // from a face to where snow is as firm as within
-    double weakness = 0;
-    for (const int level : {0, 1}) {
-        const Lump lump = lump_at(x * ((1 + level) / lumps.size), mixed(2 * seed + level));
-        const double inside = std::min(lump.depth / seam_width, 1.0),
-                     own = 0.45 * uniform(mixed(lump.number), 0);
-        weakness = std::max(weakness, (level == 0 ? 1 : 0.25) * (1 - (1 - own) * inside));
+    constexpr int levels = 3;             // each of half the width
+    constexpr double coming_apart = 0.4;  // share of lumps that are no firmer between those they are made of;
+    constexpr double held = 0.25;         // of a seam's weakness, between those of the others
+    constexpr double seam_width =
+        0.045;                      // from a face to where snow is as firm as within; of the lumps' width
+    constexpr double unlike = 0.3;  // of a seam's weakness, what the weakest lump has within
+    double weakness = 0, seam = 1, width = 1;
+    for (int level = 0; level < levels; ++level, width /= 2) {
+        const Lump lump = lump_at(x / (width * lumps.size), mixed(levels * seed + level));
+        const double inside = std::min(lump.depth * width / seam_width, 1.0),
+                     own = unlike * uniform(mixed(lump.number), 0);
+        weakness = std::max(weakness, seam * (1 - (1 - own) * inside));
+        if (uniform(mixed(lump.number), 1) >= coming_apart) seam *= held;
     }
     return lumps.core + (lumps.seam - lumps.core) * weakness;
 }

@@ -4,7 +4,8 @@
 namespace firn {
 
 /// J_P at a place of lumpy snow: least deep in a lump, up to `seam` where it meets its neighbours. Lumps are the
-/// Voronoi cells of scattered points [Worley 1996]; each is made of smaller ones that hold together better.
+/// Voronoi cells of scattered points [Worley 1996]; each is made of smaller ones, and those of still smaller ones, which
+/// in some lumps hold together and in others come apart as easily: what breaks has pieces of many sizes.
 double packed_Jp(const Lumps&, const Vec3d& x, std::uint64_t seed);
 
 /// Packs what is there as lumps: J_P is multiplied, and where the same volume holds more, mass, and V⁰ where it is known, grow by as much.
