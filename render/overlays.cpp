@@ -4,7 +4,7 @@
 
 namespace firn {
 
-/// Over what is drawn, mirrored sky is added and what comes through weakened.
+/// Over what is drawn, mirrored country is added and what comes through weakened.
 void Renderer::Passes::draw_glass(const Frame& frame) {
     if (frame.glass.empty()) return;
     glEnable(GL_DEPTH_TEST);
@@ -15,6 +15,7 @@ void Renderer::Passes::draw_glass(const Frame& frame) {
     glass_program.use();
     set_view(glass_program, frame.view);
     set_light(glass_program, frame);
+    glass_program.set("relief", unit_relief);
     glBindVertexArray(mesh_array.id());
     for (const GlassPlate& plate : frame.glass) {
         glass_program.set("max_depth_inside", plate.thickness);

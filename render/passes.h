@@ -163,7 +163,7 @@ struct Renderer::Passes {
         splat_program{{"splat.vert"}, {"splat.frag"}, {{"faces", 0}}},
         near_splat_program{{"splat.vert"}, {"splat.frag"}, {{"faces", 1}}}, smooth_program{{"full_screen.vert"}, {"smooth.frag"}},
         sky_program{{"full_screen.vert"}, {"light.glsl", "country.glsl", "shade_sky.frag"}},
-        glass_program{{"mesh.vert"}, {"light.glsl", "glass.frag"}},
+        glass_program{{"mesh.vert"}, {"light.glsl", "country.glsl", "glass.frag"}},
         puff_program{{"light.glsl", "lens.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 1}, {"lines", 0}}},
         grain_program{{"light.glsl", "lens.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 0}}},
         streak_program{{"light.glsl", "lens.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 1}}},

@@ -41,7 +41,8 @@ vec3 wood_before(vec3 behind, float around, float high, float count, float tall,
     float frosted = smoothstep(0.0, 1.2, bough + 0.8 * twig + 0.7 * (high / tall) - 0.5);
     vec3 colour = light_on_level() * mix((0.5 + tree.y) * vec3(0.022, 0.030, 0.028), vec3(0.30, 0.34, 0.39), (0.15 + 0.4 * tree.y) * frosted);
     colour = mix(mist, colour, clear * (1.0 - 0.25 * exp(-60.0 * max(high, 0.0))));
-    return mix(behind, colour, fading(top - blur, top + blur, high) * smoothstep(0.0, 0.3, stands));
+    float soft = min(5.0 * blur, 0.02 + blur);  // sides of trees are five times as steep
+    return mix(behind, colour, fading(top - soft, top + soft, high) * smoothstep(0.0, 0.3, stands));
 }
 
 // The sky's colour in a direction, or that of the country before it; `blur` is an angle.
@@ -66,4 +67,12 @@ vec3 country_before(vec3 colour, vec3 direction, float blur) {
         colour = mix(colour, seen, smoothstep(-0.04, 0.0, high));
     }
     return colour;
+}
+
+// The sky in a surface that is not quite smooth; what lies below the horizon is the ground.
+vec3 mirrored_country(vec3 direction, float rough) {
+    vec3 up = sky(normalize(direction + vec3(0.0, 0.5 * rough, 0.0)));
+    up = country_before(up, direction, 0.02 + 0.2 * rough);
+    vec3 even = sky_by_normal(direction) + bounce_by_normal(direction, 1.0);
+    return mix(mix(0.8 * ground * even, up, smoothstep(-0.15 * rough - 0.02, 0.15 * rough + 0.02, direction.y)), even, 0.6 * rough);
 }

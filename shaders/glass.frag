@@ -1,4 +1,4 @@
-// A plate of glass before what is already drawn: mirrors the sky, and takes a little of what comes through.
+// A plate of glass before what is already drawn: mirrors the country around, and takes a little of what comes through.
 in vec3 world_position;
 in vec3 world_normal;
 in float depth;
@@ -13,8 +13,7 @@ void main() {
     float facing = max(dot(-towards, normal), 0.0);
     float fresnel = 0.04 + 0.96 * pow(1.0 - facing, 5.0);
     vec3 mirror_way = reflect(towards, normal);
-    vec3 up = sky(vec3(mirror_way.x, abs(mirror_way.y), mirror_way.z));
-    vec3 seen = mirror_way.y > 0.0 ? up : 0.7 * light_on_level();
+    vec3 seen = mirrored_country(mirror_way, 0.0);
     vec3 half_way = normalize(to_sun - towards);
     vec3 gloss = sun_light * 6.0 * pow(max(dot(half_way, normal), 0.0), 600.0);
     float path = min(max_depth_inside / max(facing, 0.25), 4.0 * max_depth_inside);

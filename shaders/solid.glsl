@@ -44,7 +44,7 @@ vec3 cell_at(vec2 at, vec2 size) {
     return vec3(min(border.x, border.y), cell);
 }
 
-float hash_at(vec2 cell) { return fract(sin(dot(cell, vec2(12.9898, 78.233))) * 43758.547); }
+float hash_at(vec2 cell) { return numbers_of(uint(int(cell.x)) + 65537u * uint(int(cell.y))).x; }
 
 // A body that stands in the way from a mirror, of one colour: its light, and how far it is. Planes are not looked for.
 vec4 mirrored_body(vec3 from, vec3 way) {
@@ -90,12 +90,4 @@ vec4 mirrored_snow(vec3 from, vec3 way, float reach) {
         }
     }
     return result;
-}
-
-// The sky in a surface that is not quite smooth; what lies below the horizon is the ground.
-vec3 mirrored_country(vec3 direction, float rough) {
-    vec3 up = sky(normalize(direction + vec3(0.0, 0.5 * rough, 0.0)));
-    up = country_before(up, direction, 0.02 + 0.2 * rough);
-    vec3 even = sky_by_normal(direction) + bounce_by_normal(direction, 1.0);
-    return mix(mix(0.8 * ground * even, up, smoothstep(-0.15 * rough - 0.02, 0.15 * rough + 0.02, direction.y)), even, 0.6 * rough);
 }
