@@ -45,6 +45,7 @@ void Renderer::Passes::draw_spray(const Frame& frame) {
         program->set("puff_share", effort.puffs);
         program->set("palette", unit_palette);
         program->set("coloured", frame.coloured);
+        program->set("undeveloped", false);  // it is drawn after the lens
         program->set("shutter", frame.shutter);
         program->set("aperture", frame.aperture);
         program->set("focus", frame.focus);
@@ -91,6 +92,7 @@ void Renderer::Passes::blur_by_lens(const Frame& frame, int moment) {
     lens_program.use();
     set_view(lens_program, frame.view);
     bind_texture(unit_depths, GL_TEXTURE_2D, light);
+    set_light(lens_program, frame);
     lens_program.set("light", unit_depths);
     lens_program.set("depths", unit_raw_depths);
     lens_program.set("aperture", frame.aperture);

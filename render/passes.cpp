@@ -12,6 +12,9 @@ void Renderer::Passes::set_view(const Program& program, const View& view) const 
     program.set("max_point_size", max_point_size);
 }
 
+/// A lens spreads light, not what the film makes of it; colours of a map are no light.
+static bool undeveloped(const Frame& frame) { return frame.aperture > 0 && !frame.coloured; }
+
 void Renderer::Passes::set_light(const Program& program, const Frame& frame) const {
     program.set("shadow_all", unit_shadow_all);
     program.set("shadow_bodies", unit_shadow_bodies);
@@ -36,6 +39,7 @@ void Renderer::Passes::set_light(const Program& program, const Frame& frame) con
     program.set("spacing", frame.spacing);
     program.set("haze_distance", frame.view.haze_distance);
     program.set("exposure", static_cast<float>(picture.exposure));
+    program.set("undeveloped", undeveloped(frame));
 }
 
 void Renderer::Passes::set_bodies(const Program& program, const BodyDistances& bodies) const {

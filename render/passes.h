@@ -167,7 +167,7 @@ struct Renderer::Passes {
         puff_program{{"light.glsl", "lens.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 1}, {"lines", 0}}},
         grain_program{{"light.glsl", "lens.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 0}}},
         streak_program{{"light.glsl", "lens.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 1}}},
-        node_program{{"node.vert"}, {"node.frag"}}, lens_program{{"full_screen.vert"}, {"lens.glsl", "lens.frag"}},
+        node_program{{"node.vert"}, {"node.frag"}}, lens_program{{"full_screen.vert"}, {"light.glsl", "lens.glsl", "lens.frag"}},
         add_program{{"full_screen.vert"}, {"add_moment.frag"}},
         resolve_program{{"full_screen.vert"}, {"resolve.frag"}, {{"edge", std::max(static_cast<int>(effort.edge), 1)}}};
 };

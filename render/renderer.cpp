@@ -171,10 +171,10 @@ void Renderer::Passes::draw_moment(const ParticleView& particles, const std::vec
     draw_surfaces(frame);
     smooth_depth(frame);
     shade(frame);
-    draw_nodes(frame);
     draw_glass(frame);
     picture_light = &light;
     if (frame.aperture > 0) blur_by_lens(frame, moment);
+    draw_nodes(frame);
     draw_spray(frame);  // which is blurred grain by grain: a pixel of it has no depth of its own
     glDisable(GL_SCISSOR_TEST);
 }

@@ -19,7 +19,7 @@ void main() {
     float path = min(max_depth_inside / max(facing, 0.25), 4.0 * max_depth_inside);
     vec3 passed = exp(-path * vec3(4.0, 1.2, 2.0)) * (1.0 - fresnel);
     vec3 own = 0.10 * (vec3(1.0) - passed) * light_on_level();
-    out_light = vec4(develop(fresnel * (seen + gloss) + own), 0.0);
+    out_light = vec4(on_film(fresnel * (seen + gloss) + own), 0.0);
     out_passed = vec4(passed, 1.0);
     gl_FragDepth = buffer_depth(depth);
 }

@@ -33,5 +33,5 @@ void main() {
         sum += weight * texelFetch(light, there, 0).rgb;
         weights += weight;
     }
-    out_light = vec4(sum / weights, 1.0);
+    out_light = vec4(undeveloped ? develop(sum / weights) : sum / weights, 1.0);
 }

@@ -23,6 +23,7 @@ uniform vec3 ground;               // light that comes back from it, as a share 
 uniform float spacing;             // of particles [m]
 uniform float haze_distance;       // [m]
 uniform float exposure;
+uniform bool undeveloped;          // what is drawn now meets the film later
 
 // About the sun, most along the horizon; `towards` is the cosine of the angle to it.
 vec3 glow_of_air(float towards, float height) {
@@ -123,7 +124,7 @@ float open_sky(float visible) { return visible / (1.0 - 0.6 * (1.0 - visible)); 
 // Most of the sky's light comes from the sun's side: what leans there is lighter, in shade as well.
 vec3 brightest_sky() { return normalize(to_sun + vec3(0.0, 1.0, 0.0)); }
 
-vec3 sky_by_normal(vec3 normal) { return sky_light * (0.65 + 0.35 * normal.y); }
+vec3 sky_by_normal(vec3 normal) { return sky_light * (0.65 + 0.30 * normal.y + 0.15 * dot(normal.xz, to_sun.xz)); }
 
 // Light from the country below, a share of which lies in the sun.
 vec3 bounce_by_normal(vec3 normal, float sunlit) {
@@ -136,6 +137,9 @@ vec3 develop(vec3 light) {
     vec3 x = exposure * max(light, vec3(0.0));
     return 1.0 - exp(-1.55 * pow(x, vec3(1.45)));
 }
+
+// As the film shows it, unless a lens has to spread it first.
+vec3 on_film(vec3 light) { return undeveloped ? light : develop(light); }
 
 // Of a surface that bright snow stands before.
 float lifted_by_snow(float open) { return open / (1.0 - 0.65 * (1.0 - open)); }
@@ -155,5 +159,5 @@ vec3 air_at_horizon(vec3 way) {
 // What comes to the eye through the air between.
 vec3 seen_through_air(vec3 colour, float depth, vec3 ray) {
     float haze = 1.0 - exp(-depth * length(ray) / haze_distance);
-    return develop(mix(colour, air_at_horizon(ray), haze));
+    return on_film(mix(colour, air_at_horizon(ray), haze));
 }
