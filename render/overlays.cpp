@@ -31,7 +31,7 @@ void Renderer::Passes::draw_glass(const Frame& frame) {
 /// Thin and all of nearly one colour: its order is not worth sorting.
 void Renderer::Passes::draw_spray(const Frame& frame) {
     if (frame.spray == 0) return;
-    glEnable(GL_DEPTH_TEST);
+    if (frame.aperture == 0) glEnable(GL_DEPTH_TEST);
     glDepthMask(GL_FALSE);
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
@@ -88,7 +88,7 @@ void Renderer::Passes::draw_nodes(const Frame& frame) {
 }
 
 void Renderer::Passes::blur_by_lens(const Frame& frame, int moment) {
-    glBindFramebuffer(GL_FRAMEBUFFER, blurred_target.id());
+    glBindFramebuffer(GL_FRAMEBUFFER, lens_target.id());
     lens_program.use();
     set_view(lens_program, frame.view);
     bind_texture(unit_depths, GL_TEXTURE_2D, light);
@@ -103,6 +103,8 @@ void Renderer::Passes::blur_by_lens(const Frame& frame, int moment) {
     lens_program.set("edge", static_cast<float>(effort.edge));
     glBindVertexArray(no_array.id());
     glDrawArrays(GL_TRIANGLES, 0, 3);
+    glBindFramebuffer(GL_FRAMEBUFFER, blurred_target.id());
+    bind_texture(unit_raw_depths, GL_TEXTURE_2D, blurred_depth);
     picture_light = &blurred;
     check_gl("lens");
 }

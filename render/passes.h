@@ -147,12 +147,12 @@ struct Renderer::Passes {
     Sampler depth_reader = make_depth_reader(unit_shadow_depths);
     Texture shadow_all, shadow_bodies, spray_shadow, shadow_blocks[2], shadow_bounds, snow_outward = make_volume_texture(),
                                                      snow_light = make_volume_texture();
-    Texture depth_buffer, surface, depth, smooth_depths[3], light, blurred, moments, values, palette, developed;
+    Texture depth_buffer, surface, depth, smooth_depths[3], light, blurred, blurred_depth, moments, values, palette, developed;
     std::map<std::pair<std::string, std::array<int, 4>>, Program> shading_programs;  ///< made when they are first needed.
     const Texture *fine = nullptr, *wide = nullptr;  ///< of them: over a grain, over a lump.
     Framebuffer shadow_all_target, shadow_bodies_target, spray_shadow_target, shadow_blocks_target[2],
         shadow_bounds_target, surface_target,
-        smooth_target[3], light_target, blurred_target, moments_target, developed_target;
+        smooth_target[3], light_target, lens_target, blurred_target, moments_target, developed_target;
     const Texture* picture_light = nullptr;  ///< what is to be resolved.
     Program shadow_mesh_program{{"shadow_mesh.vert"}, {"shadow_mesh.frag"}},
         shadow_splat_program{{"shadow_splat.vert"}, {"shadow_splat.frag"}},

@@ -128,6 +128,8 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
     light_target = make_framebuffer("light (RGBA16F, depth 24 stencil 8)", {&light}, &depth_buffer,
                                     GL_DEPTH_STENCIL_ATTACHMENT);
     blurred = make_texture_2d(GL_RGBA16F, width, height);
+    blurred_depth = make_texture_2d(GL_R32F, width, height);
+    lens_target = make_framebuffer("light and depth (RGBA16F and R32F)", {&blurred, &blurred_depth});
     blurred_target = make_framebuffer("light (RGBA16F, depth 24 stencil 8)", {&blurred}, &depth_buffer,
                                       GL_DEPTH_STENCIL_ATTACHMENT);
     if (picture.motion_samples > 1) {

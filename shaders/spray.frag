@@ -1,4 +1,5 @@
-uniform sampler2D raw_depths;
+uniform sampler2D raw_depths;      // behind a lens: of what it has spread to each sample
+uniform float aperture;            // [m]
 uniform float spacing;             // of particles [m]
 
 flat in vec4 spray_colour;
@@ -10,6 +11,14 @@ flat in float spray_hash;
 in float spray_end;
 
 out vec4 out_light;
+
+// A puff that a surface cuts through ends softly; and so does a grain where a lens has spread the surface: there the
+// depth test, which knows none but sharp ones, is off.
+float before_surface() {
+    float behind = texelFetch(raw_depths, ivec2(gl_FragCoord.xy), 0).r, gap = (behind - spray_depth) / spacing;
+    if (behind <= 0.0) return 1.0;
+    return puffs == 1 ? clamp(0.5 * gap, 0.0, 1.0) : aperture > 0.0 ? clamp(2.0 * gap + 0.5, 0.0, 1.0) : 1.0;
+}
 
 float share_hidden() {
     if (lines == 1) return spray_colour.a * (0.15 + 1.1 * spray_end);
@@ -24,13 +33,10 @@ float share_hidden() {
         vec4 bend = 2.0 * fract(spray_hash * vec4(37.7, 311.3, 733.1, 171.9)) - 1.0;
         vec2 at = p / (spray_radius + length(half_way));
         opacity *= clamp(0.9 + 1.7 * (dot(bend.xy, at) + dot(bend.zw, vec2(at.x * at.x - at.y * at.y, 2.0 * at.x * at.y))), 0.0, 2.0);
-        // A puff that a surface cuts through ends softly.
-        float behind = texelFetch(raw_depths, ivec2(gl_FragCoord.xy), 0).r;
-        if (behind > 0.0) opacity *= clamp((behind - spray_depth) / (2.0 * spacing), 0.0, 1.0);
     }
     return opacity;
 }
 
 void main() {
-    out_light = vec4(spray_colour.rgb, share_hidden());
+    out_light = vec4(spray_colour.rgb, share_hidden() * before_surface());
 }

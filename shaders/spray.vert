@@ -36,7 +36,8 @@ void main() {
     spray_depth = dot(at - eye, basis[2]);
     float sample_width = max(spray_depth, near_depth) * sample_tan;
     vec3 ray = (at - eye) / max(spray_depth, near_depth);
-    float sharp = r / sample_width, least = 0.55 * edge, blur = blur_at(max(spray_depth, near_depth)), width = max(sharp, least);
+    float sharp = r / sample_width, least = 0.55 * edge, width = max(sharp, least);
+    float blur = blur_at(max(spray_depth, near_depth));
     // A line cannot be wide: out of focus each grain's lies elsewhere on the lens's disc.
     if (lines == 1) at += blur * sample_width * sqrt(h.y) * (cos(6.2832 * h.x) * basis[0] + sin(6.2832 * h.x) * basis[1]);
     float radius = lines == 1 ? width : max(length(vec2(sharp, blur)), least);
@@ -51,7 +52,7 @@ void main() {
     half_way = straight * min(1.0, longest / max(length_of_way, 1e-6));
     // What flies to or from the eye hides no more than what flies across.
     float blurred = max(length_of_way, 0.15 * shutter * length(velocity) / sample_width);
-    opacity *= whole ? radius / (radius + 1.27 * length(half_way)) : puff ? radius / (radius + 0.7 * length(half_way)) : radius / (radius + 0.5 * blurred);
+    opacity *= radius / (radius + (whole ? 1.27 * length(half_way) : puff ? 0.7 * length(half_way) : 0.5 * blurred));
     spray_radius = radius;
     spray_size = 2.0 * (radius + length(half_way)) + 1.0;
     spray_hash = hash;

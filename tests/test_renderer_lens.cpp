@@ -6,7 +6,6 @@ using namespace firn;
 
 namespace {
 
-constexpr double sharp_at = 1, far_off = 6;  // [m]
 constexpr int width = 480, height = 270;
 
 Picture wide_picture(Quality quality) {
@@ -15,19 +14,21 @@ Picture wide_picture(Quality quality) {
     return picture;
 }
 
-/// Level, towards a wall far behind what is sharp: `radius` is that of the lens's disc there [pixels], by thin lenses'
-/// A |d − f| / (2 d f) as a share of a pixel's width at unit depth.
-Camera camera_with(double radius) {
+constexpr double far_off = 6;  // [m]
+
+/// Level: what is at `depth` is spread to `radius` [pixels], by thin lenses' A |d − f| / (2 d f) as a share of a pixel's
+/// width at unit depth.
+Camera camera_with(double radius, double depth, double focus) {
     Camera camera{{0, 1, far_off}, {0, 1, 0}, 40};
     const double pixel_tan = 2 * std::tan(20 * EIGEN_PI / 180) / height;
-    camera.aperture = radius * pixel_tan * 2 * far_off * sharp_at / (far_off - sharp_at);
-    camera.focus = sharp_at;
+    camera.aperture = radius * pixel_tan * 2 * depth * focus / std::abs(depth - focus);
+    camera.focus = focus;
     return camera;
 }
 
-/// A wall of two halves.
-std::vector<Solid> wall(Look left, Look right) {
-    return {{{Box{{-5, 1, -0.5}, {10, 8, 1}}}, left}, {{Box{{5, 1, -0.5}, {10, 8, 1}}}, right}};
+/// A wall from there on to the right.
+Solid wall(double left, double depth, Look look) {
+    return {{Box{{left + 5, 1, far_off - depth - 0.5}, {10, 8, 1}}}, look};
 }
 
 /// A pixel's green as the film shows it, 0 to 1.
@@ -41,47 +42,51 @@ double light(const Image& image, int x, int y) {
     return std::pow(-std::log(1 - std::min(on_film(image, x, y), 0.999)) / 1.55, 1 / 1.45);
 }
 
-/// Of each column the mean light over rows in the picture's middle.
+/// Of each column the mean light over the uppermost rows, above woods.
 std::vector<double> columns_of(const Image& image) {
     std::vector<double> columns(image.width);
     for (int x = 0; x < image.width; ++x)
-        for (int y = height / 3; y < 2 * height / 3; ++y) columns[x] += light(image, x, y) / (height / 3);
+        for (int y = 0; y < height / 6; ++y) columns[x] += light(image, x, y) / (height / 6);
     return columns;
 }
 
 }  // namespace
 
 TEST_CASE("an edge out of focus is spread as the lens's disc, and nothing of it stays sharp", "[renderer]") {
-    for (const Quality quality : {Quality::preview, Quality::final}) {
-        const auto renderer = renderer_for(wide_picture(quality));
-        if (!renderer) return;
-        for (const double radius : {0.0, 3.0, 6.0, 9.0}) {
-            const auto columns = [&](Look left, Look right) {
-                return columns_of(renderer->draw({}, wall(left, right), camera_with(radius), 0));
-            };
-            const auto dark = columns(Look::concrete, Look::concrete),
-                       bright = columns(Look::snow, Look::snow), both = columns(Look::concrete, Look::snow);
-            const auto risen = [&](int x) { return (both[x] - dark[x]) / (bright[x] - dark[x]); };
-            const int reach = 16;
-            double whole = 0, mean = 0, variance = 0, steepest = 0;
-            for (int x = width / 2 - reach; x < width / 2 + reach; ++x) {
-                const double step = risen(x + 1) - risen(x);
-                whole += step, mean += step * x, variance += step * x * x;
-                steepest = std::max(steepest, step);
+    struct Case {
+        double depth, focus;  // of an edge before a wall that is as far, or before the sky [m]
+    };
+    for (const Quality quality : {Quality::preview, Quality::final})
+        for (const Case& c : {Case{far_off, 1}, Case{2, far_off}})
+            for (const double radius : {0.0, 3.0, 6.0, 9.0}) {
+                const auto renderer = renderer_for(wide_picture(quality));
+                if (!renderer) return;
+                const auto columns = [&](double left) {
+                    std::vector<Solid> walls = {wall(left, c.depth, Look::soil)};
+                    if (c.depth == far_off) walls.push_back(wall(-5, far_off + 0.001, Look::snow));
+                    return columns_of(renderer->draw({}, walls, camera_with(radius, c.depth, c.focus), 0));
+                };
+                const auto none = columns(4), all = columns(-5), half = columns(0);
+                const auto covered = [&](int x) { return (half[x] - none[x]) / (all[x] - none[x]); };
+                const int reach = 16;
+                double whole = 0, mean = 0, variance = 0, steepest = 0;
+                for (int x = width / 2 - reach; x < width / 2 + reach; ++x) {
+                    const double step = covered(x + 1) - covered(x);
+                    whole += step, mean += step * x, variance += step * x * x;
+                    steepest = std::max(steepest, step);
+                }
+                mean /= whole, variance = variance / whole - mean * mean;
+                CAPTURE(int(quality), c.depth, radius, whole, mean, variance, steepest);
+                REQUIRE(none[width / 2] - all[width / 2] > 0.2);
+                CHECK(std::abs(whole - 1) < 0.02);
+                CHECK(std::abs(mean - (width / 2 - 1)) < 0.2);
+                // A straight edge before a disc: the slope is half an ellipse, of variance r²/4 and height 2/(π r).
+                CHECK(std::abs(std::sqrt(variance) - radius / 2) < 0.08 * radius + (radius > 0 ? 0.2 : 0.6));
+                if (radius > 0)  // with one sample for a pixel the disc's taps show a little
+                    CHECK(steepest < (quality == Quality::final ? 1.4 : 2) * 2 / (EIGEN_PI * radius));
+                else
+                    CHECK(steepest > 0.7);
             }
-            mean /= whole, variance = variance / whole - mean * mean;
-            CAPTURE(int(quality), radius, whole, mean, variance, steepest);
-            REQUIRE(bright[width / 2] - dark[width / 2] > 0.2);
-            CHECK(std::abs(whole - 1) < 0.02);
-            CHECK(std::abs(mean - (width / 2 - 1)) < 0.1);
-            // A straight edge before a disc: the slope is half an ellipse, of variance r²/4 and height 2/(π r).
-            CHECK(std::abs(std::sqrt(variance) - radius / 2) < 0.08 * radius + (radius > 0 ? 0.2 : 0.6));
-            if (radius > 0)  // with one sample for a pixel the disc's taps show a little
-                CHECK(steepest < (quality == Quality::final ? 1.4 : 2) * 2 / (EIGEN_PI * radius));
-            else
-                CHECK(steepest > 0.7);
-        }
-    }
 }
 
 TEST_CASE(
@@ -90,7 +95,7 @@ TEST_CASE(
     const auto renderer = renderer_for(wide_picture(Quality::final));
     if (!renderer) return;
     const auto risen = [&](const ParticleView& powder, const Camera& camera) {
-        const auto dark = wall(Look::concrete, Look::concrete);
+        const std::vector<Solid> dark = {wall(-5, far_off, Look::concrete)};
         const Image with = renderer->draw(powder, dark, camera, 0),
                     without = renderer->draw({}, dark, camera, 0);
         std::vector<double> light;
@@ -118,8 +123,8 @@ TEST_CASE(
         std::vector<float> fast = v;
         for (float& component : fast) component *= speed;
         const ParticleView powder{x, fast, spacing};
-        const auto sharp = risen(powder, camera_with(0));
-        Camera camera = camera_with(6);
+        const auto sharp = risen(powder, camera_with(0, far_off, 1));
+        Camera camera = camera_with(6, far_off, 1);
         const auto blurred = risen(powder, camera);
         camera.focus = depth;
         const auto found = risen(powder, camera);
