@@ -31,7 +31,7 @@ void main() {
     vec3 h = fract(hash * vec3(71.3, 433.1, 191.9) + float(grain) * vec3(0.6180, 0.4142, 0.7321));
     vec3 at = center + (puff || whole ? vec3(0.0) : mix(1.5, 2.4, clamp(2.0 * amount - 1.0, 0.0, 1.0)) * spacing * (h - 0.5));
     float r = whole ? 1.2 * crumb : puff ? puff_radius : spacing * (0.07 + 0.16 * h.x * h.y);
-    float opacity = whole ? 1.0 : puff ? (coloured ? 0.12 : 0.09) * inversesqrt(puff_share) * powder : 0.85 * amount;
+    float opacity = whole ? 1.0 : puff ? (coloured ? 0.12 : 0.10) * inversesqrt(puff_share) * powder : 0.85 * amount;
 
     spray_depth = dot(at - eye, basis[2]);
     float sample_width = max(spray_depth, near_depth) * sample_tan;
@@ -68,7 +68,7 @@ void main() {
     float facing = mix(0.62, 0.92 * max(dot(normal, to_sun) + 0.25, 0.0) / 1.25, dense) + 1.2 * pow(forward, 6.0);
     // In the shade of snow there is scattered light, of which ice has taken the red; in that of bodies none.
     float past_bodies = texture(shadow_bodies, shadow_position(at));
-    vec3 sun = sun_light * light.rgb * past_bodies * mix(vec3(0.35, 0.42, 0.50), vec3(facing), seen);
+    vec3 sun = sun_light * light.rgb * past_bodies * mix(vec3(0.38, 0.43, 0.48), vec3(facing), seen);
     vec3 colour = sun + (0.9 * open_sky(light.a)) * (sky_light * (1.0 + 0.3 * dense * normal.y) + bounce_by_normal(dense * normal, seen));
 
     if (lines == 1) opacity = min(3.0 * opacity * min(radius, 1.5), 0.8);

@@ -109,7 +109,8 @@ TEST_CASE("a body's shade takes the sun from powder, too", "[renderer]") {
                     cloud.push_back(static_cast<float>(x));
                     velocity.push_back(3);
                 }
-    Solid screen{{Box{{-1.6, 1.3, 0}, {0.1, 3, 4}}}};  // the sun stands on the left
+    const Solid screen{{Box{{-1.6, 1.3, 0}, {0.1, 3, 4}}}},  // the sun stands on the left
+        dark{{Box{{0, 1, -2}, {9, 6, 1}}}, Look::soil};
     const auto renderer = renderer_for(small_picture(Quality::preview));
     if (!renderer) return;
     const auto warmth = [&](const std::vector<Solid>& bodies) {
@@ -117,7 +118,7 @@ TEST_CASE("a body's shade takes the sun from powder, too", "[renderer]") {
         const std::size_t p = 3 * (45 * 160 + 80);
         return double(image.pixels[p]) / image.pixels[p + 2];
     };
-    const double lit = warmth({}), shaded = warmth({screen});
+    const double lit = warmth({dark}), shaded = warmth({dark, screen});
     CAPTURE(lit, shaded);
     CHECK(shaded < 0.8 * lit);
 }
@@ -174,7 +175,8 @@ TEST_CASE("crystals in near snow glint, few of them, and stay when the camera mo
 
 TEST_CASE("crystals glint on a near ground of snow, on soil and tiles none do", "[renderer]") {
     Picture picture = small_picture(Quality::final);
-    picture.exposure = 0.5, picture.sun_azimuth = 0, picture.sun_elevation = 38;  // where a mirror would show it
+    picture.exposure = 0.5, picture.sun_azimuth = 0,
+    picture.sun_elevation = 38;  // where a mirror would show it
     const auto renderer = renderer_for(picture);
     if (!renderer) return;
     for (const Look look : {Look::snow, Look::soil, Look::tiles}) {
