@@ -84,11 +84,12 @@ void main() {
     float reached = 0.0, last = against > 0.1 ? 8.0 : 0.0;
     for (float ahead = 2.0; ahead <= last; ahead += 3.0)
         reached += texture(shadow_all, shadow_position(position + ahead * spacing * to_sun)) / 3.0;
-    inside += 3.0 * against * against * against * through * reached * past_bodies * (1.0 - direct) * deep;
+    float grazed = 1.0 - min(abs(dot(normal, normalize(ray))), 1.0);  // and most at its outline
+    inside += (2.0 + 8.0 * grazed * grazed * grazed) * against * against * against * through * reached * past_bodies * (1.0 - direct) * deep;
     vec3 sun = sun_light * (mix(vec3(direct), inside, scattered) + 0.35 * (1.0 - thin) * past_bodies * light.g);
-    float seen = open_sky(clamp(light.a * open, 0.12, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));
+    float seen = open_sky(clamp(light.a * open, 0.22, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));
     seen *= 1.0 + (0.4 + 0.6 * fading(0.0, 0.4, direct)) * grain_share * dot(grain - normal, brightest_sky());
-    vec3 around = seen * (sky_by_normal(normal) + seen * bounce_by_normal(normal, seen));
+    vec3 around = seen * (sky_by_normal(normal) + (0.5 + 0.5 * seen) * bounce_by_normal(normal, seen));
     if (coloured) {
         // Shaded only as far as it takes to see the shape: the colours must be those of the scale.
         vec3 own = texture(palette, vec2(texelFetch(values, at, 0).r, 0.5)).rgb;
