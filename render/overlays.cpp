@@ -1,7 +1,5 @@
 #include "render/passes.h"
 
-#include <cmath>
-
 namespace firn {
 
 /// Over what is drawn, mirrored country is added and what comes through weakened.
@@ -85,28 +83,6 @@ void Renderer::Passes::draw_nodes(const Frame& frame) {
     glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(frame.nodes.size() / 3));
     glDisable(GL_DEPTH_TEST);
     check_gl("nodes");
-}
-
-void Renderer::Passes::blur_by_lens(const Frame& frame, int moment) {
-    glBindFramebuffer(GL_FRAMEBUFFER, lens_target.id());
-    lens_program.use();
-    set_view(lens_program, frame.view);
-    bind_texture(unit_depths, GL_TEXTURE_2D, light);
-    set_light(lens_program, frame);
-    lens_program.set("light", unit_depths);
-    lens_program.set("depths", unit_raw_depths);
-    lens_program.set("aperture", frame.aperture);
-    lens_program.set("focus", frame.focus);
-    lens_program.set("max_radius", static_cast<float>(0.04 * picture.height * effort.edge));
-    const double golden_ratio = 0.6180339887;  // its multiples are spread evenly
-    lens_program.set("turn", static_cast<float>(std::fmod(0.5 + golden_ratio * moment, 1)));
-    lens_program.set("edge", static_cast<float>(effort.edge));
-    glBindVertexArray(no_array.id());
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-    glBindFramebuffer(GL_FRAMEBUFFER, blurred_target.id());
-    bind_texture(unit_raw_depths, GL_TEXTURE_2D, blurred_depth);
-    picture_light = &blurred;
-    check_gl("lens");
 }
 
 }  // namespace firn

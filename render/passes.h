@@ -35,6 +35,9 @@ Effort effort_of(Quality);
 /// Blocks of the shadow map whose depths are known in bounds, along an edge: first, and then with those around.
 inline constexpr int blocks_across = 256, bounds_across = 64;
 
+/// Of so many samples along an edge, the blocks that are searched for a lens's discs as one (shaders/lens.glsl).
+constexpr int blocks_of(int samples) { return (samples + 15) / 16; }
+
 /// What a sample shows, as the stencil buffer holds it: each is shaded on its own. Solids come after these.
 enum Kind : GLint { kind_sky, kind_snow, kind_solid };
 
@@ -147,12 +150,12 @@ struct Renderer::Passes {
     Sampler depth_reader = make_depth_reader(unit_shadow_depths);
     Texture shadow_all, shadow_bodies, spray_shadow, shadow_blocks[2], shadow_bounds, snow_outward = make_volume_texture(),
                                                      snow_light = make_volume_texture();
-    Texture depth_buffer, surface, depth, smooth_depths[3], light, blurred, blurred_depth, moments, values, palette, developed;
+    Texture depth_buffer, surface, depth, smooth_depths[3], light, blurred, lens_reach[2], moments, values, palette, developed;
     std::map<std::pair<std::string, std::array<int, 4>>, Program> shading_programs;  ///< made when they are first needed.
     const Texture *fine = nullptr, *wide = nullptr;  ///< of them: over a grain, over a lump.
     Framebuffer shadow_all_target, shadow_bodies_target, spray_shadow_target, shadow_blocks_target[2],
         shadow_bounds_target, surface_target,
-        smooth_target[3], light_target, lens_target, blurred_target, moments_target, developed_target;
+        smooth_target[3], light_target, lens_reach_target[2], lens_target, blurred_target, moments_target, developed_target;
     const Texture* picture_light = nullptr;  ///< what is to be resolved.
     Program shadow_mesh_program{{"shadow_mesh.vert"}, {"shadow_mesh.frag"}},
         shadow_splat_program{{"shadow_splat.vert"}, {"shadow_splat.frag"}},
@@ -168,6 +171,8 @@ struct Renderer::Passes {
         grain_program{{"light.glsl", "lens.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 0}}},
         streak_program{{"light.glsl", "lens.glsl", "spray.vert"}, {"spray.frag"}, {{"puffs", 0}, {"lines", 1}}},
         node_program{{"node.vert"}, {"node.frag"}}, lens_program{{"full_screen.vert"}, {"light.glsl", "lens.glsl", "lens.frag"}},
+        lens_reach_program{{"full_screen.vert"}, {"lens.glsl", "lens_reach.frag"}, {{"around", 0}}},
+        lens_reach_around_program{{"full_screen.vert"}, {"lens.glsl", "lens_reach.frag"}, {{"around", 1}}},
         add_program{{"full_screen.vert"}, {"add_moment.frag"}},
         resolve_program{{"full_screen.vert"}, {"resolve.frag"}, {{"edge", std::max(static_cast<int>(effort.edge), 1)}}};
 };

@@ -128,8 +128,11 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
     light_target = make_framebuffer("light (RGBA16F, depth 24 stencil 8)", {&light}, &depth_buffer,
                                     GL_DEPTH_STENCIL_ATTACHMENT);
     blurred = make_texture_2d(GL_RGBA16F, width, height);
-    blurred_depth = make_texture_2d(GL_R32F, width, height);
-    lens_target = make_framebuffer("light and depth (RGBA16F and R32F)", {&blurred, &blurred_depth});
+    lens_target = make_framebuffer("light and depth (RGBA16F and R32F)", {&blurred, &smooth_depths[0]});
+    for (int i = 0; i < 2; ++i) {
+        lens_reach[i] = make_texture_2d(GL_R16F, blocks_of(width), blocks_of(height));
+        lens_reach_target[i] = make_framebuffer("a lens's reach (R16F)", {&lens_reach[i]});
+    }
     blurred_target = make_framebuffer("light (RGBA16F, depth 24 stencil 8)", {&blurred}, &depth_buffer,
                                       GL_DEPTH_STENCIL_ATTACHMENT);
     if (picture.motion_samples > 1) {
@@ -173,10 +176,10 @@ void Renderer::Passes::draw_moment(const ParticleView& particles, const std::vec
     draw_surfaces(frame);
     smooth_depth(frame);
     shade(frame);
+    draw_nodes(frame);
     draw_glass(frame);
     picture_light = &light;
     if (frame.aperture > 0) blur_by_lens(frame, moment);
-    draw_nodes(frame);
     draw_spray(frame);  // which is blurred grain by grain: a pixel of it has no depth of its own
     glDisable(GL_SCISSOR_TEST);
 }

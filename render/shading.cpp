@@ -64,6 +64,7 @@ void Renderer::Passes::shade(const Frame& frame) {
         program.set("palette", unit_palette);
         program.set("coloured", frame.coloured);
         program.set("edge", static_cast<float>(effort.edge));
+        program.set("aperture", frame.aperture);
         program.set("snow_ground", frame.snow_ground);
         glStencilFunc(GL_EQUAL, kind, 0xff);
     };

@@ -57,8 +57,9 @@ bool in_picture(const Vector3f& x, float radius, const View& view) {
 
 /// What a particle that lies alone has: few are large. What flies is powder for the most part, with crumbs in it whose
 /// sizes are spread as broken pieces' are: as many are wider than r as r⁻² [Turcotte 1986]; none holds more than its particle.
-float crumb_radius(float spacing, float flying, float hash) {
-    const float h = 128 * hash - std::floor(128 * hash), in_air = 0.04f / std::sqrt(h + 1e-4f);
+/// `h`, 0 to 1, knows nothing of what else the hash decides.
+float crumb_radius(float spacing, float flying, float hash, float h) {
+    const float in_air = 0.04f / std::sqrt(h + 1e-4f);
     return std::lerp(radius_of(spacing, 0.16f + 0.40f * h * h, hash),
                      in_air < 0.1f ? 0 : spacing * std::min(in_air, 0.62f), flying);
 }
@@ -214,7 +215,7 @@ struct Chooser {
         const Vector3f x(batch.x[i], batch.y[i], batch.z[i]);
         const float flying = flight(x, p, rho), solid_share = wholeness(rho, flying),
                     solid = radius_of(spacing, std::sqrt(solid_share), hash),
-                    crumb = crumb_radius(spacing, flying, hash);
+                    crumb = crumb_radius(spacing, flying, hash, hash_of(batch.p[i] + 0x9e3779b9u));
         const bool sprayed =
             solid < crumb && crumb < detail.crumb * view.sample_tan * view.basis.col(2).dot(x - view.eye);
         if (const float amount = (1 - 1.6f * solid_share) * (0.5f + 0.5f * flying); amount > 0.15f) {

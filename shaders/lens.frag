@@ -2,6 +2,7 @@
 // what is behind; around its edge, what it hides is taken to go on as beside it.
 uniform sampler2D light;
 uniform sampler2D depths;          // 0: the sky
+uniform sampler2D reach;           // of discs before the sharp plane, for blocks of samples [samples]
 uniform float max_radius;          // [samples]
 uniform float turn;                // of the taps, 0 to 1: each moment's lie between those of the others
 uniform float edge;                // samples along a pixel's edge
@@ -10,6 +11,7 @@ layout(location = 0) out vec4 out_light;
 layout(location = 1) out float out_depth;  // of what comes here, for what is drawn after it
 
 const float far_away = 1e9;         // [m]
+const float golden_angle = 2.399963;
 
 float depth_at(ivec2 place) {
     float depth = texelFetch(depths, place, 0).r;
@@ -22,24 +24,28 @@ void main() {
     // Light, and how much of it comes here: the disc's area is what it is spread over.
     float own_share = 1.0 / max(3.1416 * own * own, 1.0), nearness = own_share / own_depth;
     vec4 base = own_share * vec4(texelFetch(light, at, 0).rgb, 1.0), cover = vec4(0.0);
-    const int taps = 48;
+    // No light comes from farther than the widest disc; what is behind spreads no farther here than this.
+    float widest = max(own, texelFetch(reach, at / lens_block, 0).r);
+    const int most = 48;
+    int taps = widest > 0.6 ? most : 0;
     ivec2 place = edge < 2.0 ? ivec2(0) : at & 1;  // so do those of a pixel's samples
     float between = fract(turn + 0.25 * float(2 * (place.x ^ place.y) + place.y));
     for (int i = 0; i < taps; ++i) {
-        float share = sqrt((float(i) + between) / float(taps)), radius = max_radius * share * sqrt(share);
-        float angle = 2.399963 * (float(i) + 13.0 * between);
+        float share = sqrt((float(i) + between) / float(most)), radius = widest * share * sqrt(share);
+        float angle = golden_angle * (float(i) + 13.0 * between);  // each pattern's spiral begins elsewhere
         ivec2 there = clamp(at + ivec2(round(radius * vec2(cos(angle), sin(angle)))), ivec2(0), last);
         float depth = depth_at(there), blur = min(blur_at(depth), max_radius);
         bool before = depth < min(own_depth, focus);
         if (depth > own_depth) blur = own_depth < focus ? own : min(blur, own);
         // They are denser at the middle, for small discs: each stands for its part of the area, d(r²)/di.
-        float part = 1.5 * max_radius * max_radius * share / float(taps);
+        float part = 1.5 * widest * widest * share / float(most);
         float comes_here = clamp(blur - radius + 0.5, 0.0, 1.0) * part / max(blur * blur, 0.32);
         vec4 comes = comes_here * vec4(texelFetch(light, there, 0).rgb, 1.0);
         nearness += comes_here / depth;
         if (before) cover += comes;
         else base += comes;
     }
+    // All around may be before this, and too few taps tell so: a little more than they say, or it would shine through.
     vec3 sum = mix(base.rgb / base.a, cover.rgb / max(cover.a, 1e-6), min(1.1 * cover.a, 1.0));
     out_light = vec4(undeveloped ? develop(sum) : sum, 1.0);
     out_depth = (base.a + cover.a) / nearness;

@@ -1,3 +1,4 @@
+const int lens_block = 16;          // samples along an edge of what is searched for discs as one
 uniform float aperture;            // diameter [m]
 uniform float focus;               // [m]
 

@@ -1,5 +1,5 @@
-// What shades snow, spray, solids and sky shares. All of it writes the light that a sample sends to the camera
-// as film answers to it: linear, 0 to 1.
+// What shades snow, spray, solids and sky shares. All of it writes the light that a sample sends to the camera, linear:
+// as film answers to it, 0 to 1, or as it is, if a lens has to spread it first.
 uniform sampler2DShadow shadow_all;     // by snow and bodies
 uniform sampler2DShadow shadow_bodies;  // by bodies alone: snow lets light through
 uniform sampler2D shadow_depths;        // the same texture as numbers
@@ -124,7 +124,7 @@ float open_sky(float visible) { return visible / (1.0 - 0.6 * (1.0 - visible)); 
 // Most of the sky's light comes from the sun's side: what leans there is lighter, in shade as well.
 vec3 brightest_sky() { return normalize(to_sun + vec3(0.0, 1.0, 0.0)); }
 
-vec3 sky_by_normal(vec3 normal) { return sky_light * (0.65 + 0.30 * normal.y + 0.08 * dot(normal.xz, to_sun.xz)); }
+vec3 sky_by_normal(vec3 normal) { return sky_light * (0.65 + 0.35 * normal.y + 0.08 * dot(normal.xz, to_sun.xz)); }
 
 // Light from the country below, a share of which lies in the sun.
 vec3 bounce_by_normal(vec3 normal, float sunlit) {

@@ -38,11 +38,10 @@ void main() {
     vec3 ray = (at - eye) / max(spray_depth, near_depth);
     float sharp = r / sample_width, least = 0.55 * edge, width = max(sharp, least);
     float blur = blur_at(max(spray_depth, near_depth));
-    // A line cannot be wide: out of focus each grain's lies elsewhere on the lens's disc.
-    if (lines == 1) at += blur * sample_width * sqrt(h.y) * (cos(6.2832 * h.x) * basis[0] + sin(6.2832 * h.x) * basis[1]);
-    float radius = lines == 1 ? width : max(length(vec2(sharp, blur)), least);
+    float widest = 0.5 * max_point_size - 1.0;
+    float radius = lines == 1 ? width : clamp(length(vec2(sharp, blur)), least, widest);
     opacity *= min(sharp * sharp / (radius * radius), 1.0);  // what is smaller than a pixel hides a share of it
-    opacity *= fading(0.15, 0.35, 2.0 * radius / max_point_size);  // at the lens
+    opacity *= fading(0.15, 0.35, 2.0 * width / max_point_size);  // at the lens
     vec3 way = transpose(basis) * velocity * (0.5 * shutter);
     vec2 straight = (way.xy - way.z * (transpose(basis) * ray).xy) / sample_width;
     float length_of_way = length(straight);
@@ -76,6 +75,11 @@ void main() {
     if (coloured) spray_colour.rgb = pow(textureLod(palette, vec2(value, 0.5), 0.0).rgb, vec3(2.2));
     bool shown = streak == (lines == 1) && (!puff || hash < puff_share) && opacity > 0.004 && r > 0.0 && spray_depth > near_depth;
     gl_Position = shown ? projection * vec4(at, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
+    if (lines == 1) {  // which cannot be wide: out of focus each lies elsewhere on the lens's disc
+        vec2 on_disc = fract(hash * vec2(523.7, 277.3) + float(grain) * vec2(0.7549, 0.5698));
+        vec2 aside = blur * sqrt(on_disc.x) * vec2(cos(6.2832 * on_disc.y), sin(6.2832 * on_disc.y));
+        gl_Position.xy += 2.0 * aside / samples * gl_Position.w;
+    }
     spray_end = (gl_VertexID & 1) == 0 ? 0.0 : 1.0;
     if (lines == 1) gl_Position.xy += ((gl_VertexID & 1) == 0 ? -2.0 : 2.0) * straight / samples * gl_Position.w;
     gl_PointSize = min(spray_size, max_point_size);

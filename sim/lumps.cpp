@@ -38,8 +38,7 @@ struct Lump {
 
 Lump lump_at(const Vec3d& x, std::uint64_t seed) {
     const Vec3d cell = x.array().floor();
-    std::array<Vec3d, 125>
-        points;  // one in each cell: the nearest is within √3, and beyond two cells none matters
+    std::array<Vec3d, 125> points;  // one in each cell: the nearest is within √3; beyond two cells none matters
     Lump lump{std::numeric_limits<double>::infinity()};
     double least = lump.depth;
     int own = 0;
@@ -60,12 +59,10 @@ Lump lump_at(const Vec3d& x, std::uint64_t seed) {
 }  // namespace
 
 double packed_Jp(const Lumps& lumps, const Vec3d& x, std::uint64_t seed) {
-    constexpr int levels = 3;             // each of half the width
-    constexpr double coming_apart = 0.4;  // share of lumps that are no firmer between those they are made of;
-    constexpr double held = 0.25;         // of a seam's weakness, between those of the others
-    constexpr double seam_width =
-        0.045;                      // from a face to where snow is as firm as within; of the lumps' width
-    constexpr double unlike = 0.3;  // of a seam's weakness, what the weakest lump has within
+    constexpr int levels = 3;  // each of half the width
+    // Share of lumps that are no firmer between those they are made of; of a seam's weakness, what the others have there,
+    // and what the weakest lump has within; from a face to where snow is as firm as that, as a share of lumps' width.
+    constexpr double coming_apart = 0.4, held = 0.25, unlike = 0.3, seam_width = 0.045;
     double weakness = 0, seam = 1, width = 1;
     for (int level = 0; level < levels; ++level, width /= 2) {
         const Lump lump = lump_at(x / (width * lumps.size), mixed(levels * seed + level));

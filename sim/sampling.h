@@ -11,7 +11,7 @@ enum class Sampling { poisson_disk, lattice, random };
 
 /// Snow that was packed unevenly, by hands or by weather: firm lumps with weak seams between them.
 struct Lumps {
-    double size = 0.05;                 ///< mean width [m]; a cell of the grid sees nothing smaller than itself.
+    double size = 0.05;                 ///< mean width of the largest [m]; a cell of the grid sees nothing smaller than itself.
     double core = 0.85;                 ///< J_P within the firmest [1]: exp(ξ (1 − J_P)) times as stiff, 1/J_P as dense.
     double seam = 1.2;                  ///< J_P between lumps [1].
 };

@@ -6,7 +6,7 @@ using namespace firn;
 
 namespace {
 
-constexpr int width = 480, height = 270;
+constexpr int width = 960, height = 540;  // as shipped scenes have it: more samples than the lens has taps
 
 Picture wide_picture(Quality quality) {
     Picture picture = small_picture(quality);
@@ -56,11 +56,11 @@ TEST_CASE("an edge out of focus is spread as the lens's disc, and nothing of it 
     struct Case {
         double depth, focus;  // of an edge before a wall that is as far, or before the sky [m]
     };
-    for (const Quality quality : {Quality::preview, Quality::final})
+    for (const Quality quality : {Quality::preview, Quality::final}) {
+        const auto renderer = renderer_for(wide_picture(quality));
+        if (!renderer) return;
         for (const Case& c : {Case{far_off, 1}, Case{2, far_off}})
-            for (const double radius : {0.0, 3.0, 6.0, 9.0}) {
-                const auto renderer = renderer_for(wide_picture(quality));
-                if (!renderer) return;
+            for (const double radius : {0.0, 3.0, 9.0}) {
                 const auto columns = [&](double left) {
                     std::vector<Solid> walls = {wall(left, c.depth, Look::soil)};
                     if (c.depth == far_off) walls.push_back(wall(-5, far_off + 0.001, Look::snow));
@@ -81,12 +81,13 @@ TEST_CASE("an edge out of focus is spread as the lens's disc, and nothing of it 
                 CHECK(std::abs(whole - 1) < 0.02);
                 CHECK(std::abs(mean - (width / 2 - 1)) < 0.2);
                 // A straight edge before a disc: the slope is half an ellipse, of variance r²/4 and height 2/(π r).
-                CHECK(std::abs(std::sqrt(variance) - radius / 2) < 0.08 * radius + (radius > 0 ? 0.2 : 0.6));
+                CHECK(std::abs(std::sqrt(variance) - radius / 2) < (radius > 0 ? 0.05 * radius : 0.6));
                 if (radius > 0)  // with one sample for a pixel the disc's taps show a little
                     CHECK(steepest < (quality == Quality::final ? 1.4 : 2) * 2 / (EIGEN_PI * radius));
                 else
                     CHECK(steepest > 0.7);
             }
+    }
 }
 
 TEST_CASE(

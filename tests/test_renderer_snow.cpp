@@ -175,8 +175,8 @@ TEST_CASE("crystals in near snow glint, few of them, and stay when the camera mo
 
 TEST_CASE("crystals glint on a near ground of snow, on soil and tiles none do", "[renderer]") {
     Picture picture = small_picture(Quality::final);
-    picture.exposure = 0.5, picture.sun_azimuth = 0,
-    picture.sun_elevation = 38;  // where a mirror would show it
+    picture.exposure = 0.5;
+    picture.sun_azimuth = 0, picture.sun_elevation = 38;  // where a mirror would show it
     const auto renderer = renderer_for(picture);
     if (!renderer) return;
     for (const Look look : {Look::snow, Look::soil, Look::tiles}) {

@@ -1,0 +1,48 @@
+#include "render/passes.h"
+
+#include <cmath>
+
+namespace firn {
+
+/// Depth of field: where discs may reach is found for blocks first, so that the taps lie no wider than they must. Leaves
+/// the depth of what comes to each sample for the spray, which is drawn after it.
+void Renderer::Passes::blur_by_lens(const Frame& frame, int moment) {
+    const auto run = [&](const Program& program, const Framebuffer& target) {
+        program.set("depths", unit_raw_depths);
+        program.set("aperture", frame.aperture);
+        program.set("focus", frame.focus);
+        program.set("max_radius", static_cast<float>(0.04 * picture.height * effort.edge));
+        glBindFramebuffer(GL_FRAMEBUFFER, target.id());
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+    };
+    glBindVertexArray(no_array.id());
+    glViewport(0, 0, blocks_of(frame.view.samples.x()), blocks_of(frame.view.samples.y()));
+    lens_reach_program.use();
+    set_view(lens_reach_program, frame.view);
+    run(lens_reach_program, lens_reach_target[0]);
+    lens_reach_around_program.use();
+    set_view(lens_reach_around_program, frame.view);
+    bind_texture(unit_depths, GL_TEXTURE_2D, lens_reach[0]);
+    lens_reach_around_program.set("widest", unit_depths);
+    run(lens_reach_around_program, lens_reach_target[1]);
+
+    glViewport(0, 0, frame.view.samples.x(), frame.view.samples.y());
+    lens_program.use();
+    set_view(lens_program, frame.view);
+    set_light(lens_program, frame);
+    bind_texture(unit_depths, GL_TEXTURE_2D, light);
+    bind_texture(unit_surface, GL_TEXTURE_2D, lens_reach[1]);
+    lens_program.set("light", unit_depths);
+    lens_program.set("reach", unit_surface);
+    const double golden_ratio = 0.6180339887;  // its multiples are spread evenly
+    lens_program.set("turn", static_cast<float>(std::fmod(0.5 + golden_ratio * moment, 1)));
+    lens_program.set("edge", static_cast<float>(effort.edge));
+    run(lens_program, lens_target);
+
+    glBindFramebuffer(GL_FRAMEBUFFER, blurred_target.id());
+    bind_texture(unit_raw_depths, GL_TEXTURE_2D, smooth_depths[0]);
+    picture_light = &blurred;
+    check_gl("lens");
+}
+
+}  // namespace firn
