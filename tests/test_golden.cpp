@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Mean ꟻLIP, on the driver that drew the golden ones. A sun that is 10° off makes 0.036 to 0.121, no shadow 0.014 to
-/// 0.068. Mesa's softpipe, which filters textures otherwise, is off by 0.014 to 0.032, more than
+/// Mean ꟻLIP, on the driver that drew the golden ones. A sun that is 10° off makes 0.036 to 0.127, no shadow 0.013 to
+/// 0.067. Mesa's softpipe, which filters textures otherwise, is off by 0.014 to 0.033, more than
 /// is allowed in one of ten, and looks the same.
 constexpr double tolerance = 0.01, tolerance_elsewhere = 0.03;
 
