@@ -130,13 +130,14 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
             least = std::min(least, signed_distance(solid, x.cast<double>(), time));
         return least;
     };
-    if (effort.fine_light)  // first: what it is made of is as large as splats and spray
+    const Splats visible =
+        visible_splats(particles, density, soft, halved(half), frame.view, frame.to_sun, effort.children_from,
+                       to_bodies,
+                       {effort.least_radius, effort.least_thrower * frame.shadow.texel,
+                        std::max(1.2f * static_cast<float>(effort.edge), 1.0f)});
+    if (effort.fine_light)
         upload_volume(volume_of(density, soft, particles.spacing, frame.to_sun));
-    Splats visible = visible_splats(particles, density, soft, halved(half), frame.view, frame.to_sun,
-                                    effort.children_from, to_bodies,
-                                    {effort.least_radius, effort.least_thrower * frame.shadow.texel,
-                                     std::max(1.2f * static_cast<float>(effort.edge), 1.0f)});
-    if (!effort.fine_light)  // on one thread: software that draws leaves another idle while it sets points up
+    else  // on one thread: software that draws leaves another idle while it sets points up
         frame.volume = std::async(std::launch::async, [half = std::move(half), soft = std::move(soft),
                                                        spacing = particles.spacing, to_sun = frame.to_sun] {
             omp_set_num_threads(1);
@@ -149,12 +150,11 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     frame.far_lit_splats = static_cast<GLsizei>(visible.far_lit);
     frame.seen_splats = static_cast<GLsizei>(visible.seen);
     frame.nearest_snow = std::max(visible.nearest, frame.view.near_depth);
-    frame.spray = static_cast<GLsizei>(visible.spray.size());
-    visible.all = {};
 
-    const SpraySorted sorted = sorted_spray(std::move(visible.spray), frame.view, frame.spacing,
-                                            frame.shutter, effort.edge, effort.puffs);
+    const SpraySorted sorted =
+        sorted_spray(visible.spray, frame.view, frame.spacing, frame.shutter, effort.edge, effort.puffs);
     upload(spray, sorted.all.data(), sorted.all.size() * sizeof(SprayPoint));
+    frame.spray = static_cast<GLsizei>(visible.spray.size());
     frame.spray_with_puffs = sorted.with_puffs;
     frame.spray_without = sorted.without;
     check_gl("upload");

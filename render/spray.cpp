@@ -26,7 +26,7 @@ Grains grains_of(const SprayPoint& point, const View& view, float spacing, float
 
 }  // namespace
 
-SpraySorted sorted_spray(std::vector<SprayPoint> spray, const View& view, float spacing, float shutter,
+SpraySorted sorted_spray(const std::vector<SprayPoint>& spray, const View& view, float spacing, float shutter,
                          double edge, float puff_share) {
     std::vector<std::uint8_t> groups(spray.size());
     const auto count = static_cast<std::ptrdiff_t>(spray.size());

@@ -15,7 +15,7 @@ struct SpraySorted {
 };
 
 /// `shutter` [s]; `edge`: samples along a pixel's edge. A particle that may have grains of both kinds is in both.
-SpraySorted sorted_spray(std::vector<SprayPoint>, const View&, float spacing, float shutter,
+SpraySorted sorted_spray(const std::vector<SprayPoint>&, const View&, float spacing, float shutter,
                          double edge, float puff_share);
 
 }  // namespace firn
