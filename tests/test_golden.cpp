@@ -96,7 +96,7 @@ std::vector<GoldenPicture> golden_pictures() {
                                       {"drop_start", golden_picture(), falling, log, at_log},
                                       {"drop_later", golden_picture(), fallen, log, at_log},
                                       {"drop_draft", golden_picture(Quality::draft), fallen, log, at_log}};
-    all[3].picture.motion_samples = 2;
+    all[3].picture.motion_samples = 2;  // drop_later: its moments share the taps of its lens
     GoldenPicture bed{"bed_start",
                       golden_picture(),
                       at_rest({Difference{{Ellipsoid{{0, -0.9, 0.1}, {2.9, 1, 2.1}}, Plane{}}},

@@ -165,7 +165,7 @@ TEST_CASE("where particles are small, some of them cover as much as all would", 
 
 TEST_CASE("a grain is a crumb where it lies or slides, and powder where it flies, turning round too",
           "[light]") {
-    const std::vector<float> x = {0.1f, 0.1f, 0.1f};
+    const std::vector<float> x = {0.1f, 0.1f, 0.1f};  // one that is no crumb: five of six are none
     const auto amount = [&](float speed, double height) {  // in the air: 1 and no splat; else a half
         const Splats splats = splats_of(x, {0.2, 0.2, 2}, {speed, 0, 0}, [&](const auto&) { return height; });
         REQUIRE(splats.spray.size() == 1);

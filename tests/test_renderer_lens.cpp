@@ -136,3 +136,25 @@ TEST_CASE(
         CHECK(beside(found, sharp) < 0.1 * sum(sharp));
     }
 }
+
+TEST_CASE("powder behind a wall does not show, through a lens either", "[renderer]") {
+    const auto renderer = renderer_for(small_picture(Quality::preview));
+    if (!renderer) return;
+    const std::vector<Solid> before = {wall(-5, far_off, Look::concrete)};
+    for (const double radius : {0.0, 2.0}) {
+        Camera camera = camera_with(1, far_off, 1);
+        camera.aperture *= radius;
+        const auto changed = [&](double z) {  // the wall's face is at 0
+            std::vector<float> x, v;
+            for (int i = -40; i <= 40; ++i)
+                for (const double at : {0.02 * i, 1.0, z})
+                    x.push_back(static_cast<float>(at)), v.push_back(3);
+            return difference_of(renderer->draw({x, v, spacing}, before, camera, 0),
+                                 renderer->draw({{}, {}, spacing}, before, camera, 0))
+                .pixels;
+        };
+        CAPTURE(radius);
+        CHECK(changed(-0.1) == 0);
+        CHECK(changed(0.3) > 20);
+    }
+}
