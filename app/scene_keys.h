@@ -171,7 +171,8 @@ template <class V> void describe(V& v, Snow& s) {
 }
 
 template <class V> void describe(V& v, Lumps& l) {
-    v.key({"size", "mean width of the largest, which are made of halves and quarters; some cells of the grid at least", "m", lengths, true}, l.size);
+    v.key({"size", "mean width of the largest, which are made of halves and quarters; some cells of the grid at least",
+           "m", lengths, true}, l.size);
     v.key({"core", "J_P within the firmest; smaller is harder and denser", "", at_least(0.4).up_to(10)}, l.core);
     v.key({"seam", "J_P between lumps; larger is weaker", "", at_least(0.1).up_to(10)}, l.seam);
 }

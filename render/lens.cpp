@@ -7,11 +7,12 @@ namespace firn {
 /// Depth of field: where discs may reach is found for blocks first, so that the taps lie no wider than they must. Leaves
 /// the depth of what comes to each sample for the spray, which is drawn after it.
 void Renderer::Passes::blur_by_lens(const Frame& frame, int moment) {
+    constexpr double widest_disc = 0.04;  // radius, of the picture's height: wider ones would show single taps
     const auto run = [&](const Program& program, const Framebuffer& target) {
         program.set("depths", unit_raw_depths);
         program.set("aperture", frame.aperture);
         program.set("focus", frame.focus);
-        program.set("max_radius", static_cast<float>(0.04 * picture.height * effort.edge));
+        program.set("max_radius", static_cast<float>(widest_disc * picture.height * effort.edge));
         glBindFramebuffer(GL_FRAMEBUFFER, target.id());
         glDrawArrays(GL_TRIANGLES, 0, 3);
     };

@@ -24,15 +24,15 @@ void main() {
     // Light, and how much of it comes here: the disc's area is what it is spread over.
     float own_share = 1.0 / max(3.1416 * own * own, 1.0), nearness = own_share / own_depth;
     vec4 base = own_share * vec4(texelFetch(light, at, 0).rgb, 1.0), cover = vec4(0.0);
-    // No light comes from farther than the widest disc; what is behind spreads no farther here than this.
+    // How far taps must go: what is behind this, or no nearer than the sharp plane, counts as spread no wider than this.
     float widest = max(own, texelFetch(reach, at / lens_block, 0).r);
     const int most = 48;
     int taps = widest > 0.6 ? most : 0;
-    ivec2 place = edge < 2.0 ? ivec2(0) : at & 1;  // so do those of a pixel's samples
+    ivec2 place = edge < 2.0 ? ivec2(0) : at & 1;  // each of a pixel's four samples has taps between those of the others
     float between = fract(turn + 0.25 * float(2 * (place.x ^ place.y) + place.y));
     for (int i = 0; i < taps; ++i) {
         float share = sqrt((float(i) + between) / float(most)), radius = widest * share * sqrt(share);
-        float angle = golden_angle * (float(i) + 13.0 * between);  // each pattern's spiral begins elsewhere
+        float angle = golden_angle * (float(i) + 13.0 * between);  // a spiral, turned with the pattern
         ivec2 there = clamp(at + ivec2(round(radius * vec2(cos(angle), sin(angle)))), ivec2(0), last);
         float depth = depth_at(there), blur = min(blur_at(depth), max_radius);
         bool before = depth < min(own_depth, focus);
@@ -45,7 +45,7 @@ void main() {
         if (before) cover += comes;
         else base += comes;
     }
-    // All around may be before this, and too few taps tell so: a little more than they say, or it would shine through.
+    // The taps' sum scatters about the share that is covered: what is all covered would shine through where it falls short.
     vec3 sum = mix(base.rgb / base.a, cover.rgb / max(cover.a, 1e-6), min(1.1 * cover.a, 1.0));
     out_light = vec4(undeveloped ? develop(sum) : sum, 1.0);
     out_depth = (base.a + cover.a) / nearness;
