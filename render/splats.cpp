@@ -227,6 +227,7 @@ struct Chooser {
             point.powder *= std::min(2 * around / std::max(rho, 1e-4f), 1.0f);
             piece.spray.push_back(point);
         }
+        if (sprayed && flying > 0.5f) return;  // the shade of powder holds its own
         if (const float radius = std::max(solid, crumb); radius > 0.017f * spacing && kept)
             add(piece, splat_of(radius), covered | (sprayed ? from_eye : 0));
     }
