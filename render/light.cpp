@@ -139,9 +139,9 @@ std::vector<SnowLight> light_in_snow(const Density& density, float spacing, cons
                 for (int i = 0; i < n.x(); ++i) {
                     const auto through = [&](float extinction) {
                         const float t = 1 + extinction * tau.values[first + i];
-                        return 1 / (t * t);
+                        return Eigen::half(1 / (t * t));
                     };
-                    light[first + i] = {{through(c[0]), through(c[1]), through(c[2])}, row[i]};
+                    light[first + i] = {{through(c[0]), through(c[1]), through(c[2])}, Eigen::half(row[i])};
                 }
             }
     }

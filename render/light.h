@@ -8,10 +8,11 @@ namespace firn {
 Field thickness_towards(const Density&, float spacing, const Eigen::Vector3f& to_light, float most = INFINITY,
                         bool rows_whole = false);
 
-/// What the shaders know of the light at a cell's centre, all as shares of what there is without snow [1].
+/// What the shaders know of the light at a cell's centre, all as shares of what there is without snow [1]; as textures
+/// take it.
 struct SnowLight {
-    float sun[3];  ///< red, green and blue of the sun that comes through, scattered.
-    float sky;     ///< of the sky's light.
+    Eigen::half sun[3];  ///< red, green and blue of the sun that comes through, scattered.
+    Eigen::half sky;     ///< of the sky's light.
 };
 
 std::vector<SnowLight> light_in_snow(const Density&, float spacing, const Eigen::Vector3f& to_sun);

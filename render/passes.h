@@ -1,6 +1,7 @@
 #pragma once
 #include "render/egl_context.h"
 #include "render/gl.h"
+#include "render/light.h"
 #include "render/meshes.h"
 #include "render/relief.h"
 #include "render/renderer.h"
@@ -68,7 +69,8 @@ struct BodyDistances {
 /// Light and slope of the density, as textures take them.
 struct VolumeCells {
     Eigen::Vector3i size, light_size;
-    std::vector<Eigen::half> outward, light;
+    std::vector<Eigen::half> outward;
+    std::vector<SnowLight> light;
 };
 
 /// Everything of one picture that the passes share.
@@ -119,9 +121,10 @@ struct Renderer::Passes {
     void draw_glass(const Frame&);
     void draw_spray(const Frame&);
     void draw_nodes(const Frame&);
+    void make_lens(const Eigen::Vector2i& samples);
     void blur_by_lens(const Frame&, int moment);
-    void add_moment(int moments, bool first);
-    void resolve();
+    void expose(int moments, bool first);
+    void develop();
     Image read_back();
 
     void upload_volume(const VolumeCells&);
@@ -150,13 +153,13 @@ struct Renderer::Passes {
     Sampler depth_reader = make_depth_reader(unit_shadow_depths);
     Texture shadow_all, shadow_bodies, spray_shadow, shadow_blocks[2], shadow_bounds, snow_outward = make_volume_texture(),
                                                      snow_light = make_volume_texture();
-    Texture depth_buffer, surface, depth, smooth_depths[3], light, blurred, lens_reach[2], moments, values, palette, developed;
+    Texture depth_buffer, surface, depth, smooth_depths[3], light, blurred, lens_reach[2], film, values, palette, developed;
     std::map<std::pair<std::string, std::array<int, 4>>, Program> shading_programs;  ///< made when they are first needed.
     const Texture *fine = nullptr, *wide = nullptr;  ///< of them: over a grain, over a lump.
     Framebuffer shadow_all_target, shadow_bodies_target, spray_shadow_target, shadow_blocks_target[2],
         shadow_bounds_target, surface_target,
-        smooth_target[3], light_target, lens_reach_target[2], lens_target, blurred_target, moments_target, developed_target;
-    const Texture* picture_light = nullptr;  ///< what is to be resolved.
+        smooth_target[3], light_target, lens_reach_target[2], lens_target, blurred_target, film_target, developed_target;
+    const Texture* picture_light = nullptr;  ///< what is to be exposed.
     Program shadow_mesh_program{{"shadow_mesh.vert"}, {"shadow_mesh.frag"}},
         shadow_splat_program{{"shadow_splat.vert"}, {"shadow_splat.frag"}},
         shadow_spray_program{{"shadow_spray.vert"}, {"shadow_spray.frag"}},
@@ -173,8 +176,8 @@ struct Renderer::Passes {
         node_program{{"node.vert"}, {"node.frag"}}, lens_program{{"full_screen.vert"}, {"light.glsl", "lens.glsl", "lens.frag"}},
         lens_reach_program{{"full_screen.vert"}, {"lens.glsl", "lens_reach.frag"}, {{"around", 0}}},
         lens_reach_around_program{{"full_screen.vert"}, {"lens.glsl", "lens_reach.frag"}, {{"around", 1}}},
-        add_program{{"full_screen.vert"}, {"add_moment.frag"}},
-        resolve_program{{"full_screen.vert"}, {"resolve.frag"}, {{"edge", std::max(static_cast<int>(effort.edge), 1)}}};
+        expose_program{{"full_screen.vert"}, {"expose.frag"}, {{"edge", std::max(static_cast<int>(effort.edge), 1)}}},
+        develop_program{{"full_screen.vert"}, {"develop.frag"}};
 };
 
 }  // namespace firn

@@ -16,14 +16,6 @@ namespace {
 
 constexpr std::size_t max_cells = std::size_t(1) << 22;  ///< of the density grid: 100 MB of light in them.
 
-/// OpenGL would do the same, but slower.
-std::vector<Eigen::half> halves(const float* first, std::size_t count) {
-    std::vector<Eigen::half> result(count);
-#pragma omp parallel for
-    for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(count); ++i) result[i] = Eigen::half(first[i]);
-    return result;
-}
-
 /// Positions, those in front of the plane replaced by none: a particle keeps its number.
 std::vector<float> cut(std::span<const float> x, const Plane& plane) {
     std::vector<float> result(x.begin(), x.end());
@@ -83,8 +75,7 @@ Eigen::AlignedBox3f shadowed_region(const Density& density, const std::vector<So
 }  // namespace
 
 static VolumeCells volume_of(const Density& lit, const Density& soft, float spacing, const Vector3f& to_sun) {
-    const std::vector<SnowLight> inside = light_in_snow(lit, spacing, to_sun);
-    return {soft.rho.size, lit.rho.size, outward_of(soft.rho), halves(inside.data()->sun, 4 * inside.size())};
+    return {soft.rho.size, lit.rho.size, outward_of(soft.rho), light_in_snow(lit, spacing, to_sun)};
 }
 
 /// Density and what is to be drawn, on the CPU, and all of it to OpenGL; coarse light follows.
@@ -98,7 +89,7 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     frame.to_sun = sun_direction(picture);
     frame.light = sky_light_at(picture.sun_elevation);
     frame.spacing = particles.spacing;
-    frame.coloured = !particles.value.empty();
+    frame.coloured = picture.colour != Colour::snow && !particles.value.empty();
     frame.shutter = static_cast<float>(picture.shutter / std::max(picture.motion_samples, 1));
     frame.aperture = static_cast<float>(camera.aperture);
     frame.focus = static_cast<float>(
@@ -163,13 +154,12 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
 
 void Renderer::Passes::upload_volume(const VolumeCells& volume) {
     const auto upload_cells = [&](const Texture& texture, const Eigen::Vector3i& n,
-                                  const std::vector<Eigen::half>& cells) {
+                                  const void* cells) {
         bind_texture(0, GL_TEXTURE_3D, texture);
-        glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16F, n.x(), n.y(), n.z(), 0, GL_RGBA, GL_HALF_FLOAT,
-                     cells.data());
+        glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16F, n.x(), n.y(), n.z(), 0, GL_RGBA, GL_HALF_FLOAT, cells);
     };
-    upload_cells(snow_outward, volume.size, volume.outward);
-    upload_cells(snow_light, volume.light_size, volume.light);
+    upload_cells(snow_outward, volume.size, volume.outward.data());
+    upload_cells(snow_light, volume.light_size, volume.light.data());
     check_gl("light volume");
 }
 

@@ -114,11 +114,16 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
     depth_buffer = make_depth_stencil_texture(width, height);
     depth = make_texture_2d(GL_R32F, width, height);
     surface = make_texture_2d(GL_RGB10_A2, width, height);
-    values = make_texture_2d(GL_R16F, width, height);
-    palette = make_palette(picture.colour);
-    surface_target =
-        make_framebuffer("surfaces (R32F, RGB10_A2 and R16F, depth 24 stencil 8)",
-                         {&depth, &surface, &values}, &depth_buffer, GL_DEPTH_STENCIL_ATTACHMENT);
+    if (picture.colour == Colour::snow) {
+        surface_target = make_framebuffer("surfaces (R32F and RGB10_A2, depth 24 stencil 8)",
+                                          {&depth, &surface}, &depth_buffer, GL_DEPTH_STENCIL_ATTACHMENT);
+    } else {
+        palette = make_palette(picture.colour);
+        values = make_texture_2d(GL_R16F, width, height);
+        surface_target =
+            make_framebuffer("surfaces (R32F, RGB10_A2 and R16F, depth 24 stencil 8)",
+                             {&depth, &surface, &values}, &depth_buffer, GL_DEPTH_STENCIL_ATTACHMENT);
+    }
     for (int i = 0; i < 3; ++i) {
         smooth_depths[i] = make_texture_2d(GL_R32F, width, height);
         smooth_target[i] = make_framebuffer("depth (R32F, depth 24 stencil 8)", {&smooth_depths[i]},
@@ -127,19 +132,9 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
     light = make_texture_2d(GL_RGBA16F, width, height);
     light_target = make_framebuffer("light (RGBA16F, depth 24 stencil 8)", {&light}, &depth_buffer,
                                     GL_DEPTH_STENCIL_ATTACHMENT);
-    blurred = make_texture_2d(GL_RGBA16F, width, height);
-    lens_target = make_framebuffer("light and depth (RGBA16F and R32F)", {&blurred, &smooth_depths[0]});
-    for (int i = 0; i < 2; ++i) {
-        lens_reach[i] = make_texture_2d(GL_R16F, blocks_of(width), blocks_of(height));
-        lens_reach_target[i] = make_framebuffer("a lens's reach (R16F)", {&lens_reach[i]});
-    }
-    blurred_target = make_framebuffer("light (RGBA16F, depth 24 stencil 8)", {&blurred}, &depth_buffer,
-                                      GL_DEPTH_STENCIL_ATTACHMENT);
-    if (picture.motion_samples > 1) {
-        moments = make_texture_2d(GL_RGBA16F, width, height);
-        moments_target = make_framebuffer("light (RGBA16F)", {&moments});
-    }
     developed_size = effort.edge < 1 ? inner : Eigen::Vector2i(picture.width, picture.height);
+    film = make_texture_2d(GL_RGBA16F, developed_size.x(), developed_size.y());
+    film_target = make_framebuffer("film (RGBA16F)", {&film});
     developed = make_texture_2d(GL_RGBA8, developed_size.x(), developed_size.y());
     developed_target = make_framebuffer("a picture (RGBA8)", {&developed});
     check_gl("set-up");
@@ -162,9 +157,9 @@ Image Renderer::Passes::draw(const ParticleView& particles, const std::vector<So
             now.x = moved;
         }
         draw_moment(now, solids, camera_at(camera, time + later), time + later, i);
-        if (count > 1) add_moment(count, i == 0);
+        expose(count, i == 0);
     }
-    resolve();
+    develop();
     return read_back();
 }
 
@@ -184,32 +179,31 @@ void Renderer::Passes::draw_moment(const ParticleView& particles, const std::vec
     glDisable(GL_SCISSOR_TEST);
 }
 
-void Renderer::Passes::add_moment(int count, bool first) {
-    glBindFramebuffer(GL_FRAMEBUFFER, moments_target.id());
+/// From samples to pixels; moments add up.
+void Renderer::Passes::expose(int moments, bool first) {
+    glBindFramebuffer(GL_FRAMEBUFFER, film_target.id());
+    glViewport(0, 0, developed_size.x(), developed_size.y());
     if (first) glClear(GL_COLOR_BUFFER_BIT);
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE);
-    add_program.use();
-    add_program.set("light", unit_depths);
-    add_program.set("share", 1.0f / static_cast<float>(count));
-    bind_texture(unit_depths, GL_TEXTURE_2D, *picture_light);
-    glBindVertexArray(no_array.id());
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-    glDisable(GL_BLEND);
-    picture_light = &moments;
-    check_gl("moments");
-}
-
-void Renderer::Passes::resolve() {
-    glBindFramebuffer(GL_FRAMEBUFFER, developed_target.id());
-    glViewport(0, 0, developed_size.x(), developed_size.y());
-    resolve_program.use();
-    resolve_program.set("light", 0);
-    resolve_program.set("margin", margin);
+    expose_program.use();
+    expose_program.set("light", 0);
+    expose_program.set("margin", margin);
+    expose_program.set("share", 1.0f / static_cast<float>(moments));
     bind_texture(0, GL_TEXTURE_2D, *picture_light);
     glBindVertexArray(no_array.id());
     glDrawArrays(GL_TRIANGLES, 0, 3);
-    check_gl("resolve");
+    glDisable(GL_BLEND);
+    check_gl("exposure");
+}
+
+void Renderer::Passes::develop() {
+    glBindFramebuffer(GL_FRAMEBUFFER, developed_target.id());
+    develop_program.use();
+    develop_program.set("film", 0);
+    bind_texture(0, GL_TEXTURE_2D, film);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    check_gl("development");
 }
 
 /// OpenGL's rows come from below.
