@@ -15,10 +15,9 @@ vec3 ray_through(vec2 sample_position) {
     return basis * vec3((sample_position - 0.5 * samples) * sample_tan, 1.0);
 }
 
-vec3 position_of(vec2 sample_position, float depth) { return eye + depth * ray_through(sample_position); }
-
 // 1 below the lower edge, 0 above the upper one.
 float fading(float lower, float upper, float x) { return 1.0 - smoothstep(lower, upper, x); }
 
-// How the surface buffer holds a normal.
-vec4 surface_of(vec3 normal) { return vec4(0.5 + 0.5 * normal, 1.0); }
+// How the surface buffer, of ten bits, holds a normal: 0 and ±1 exactly, so that what is level is level with every driver.
+vec4 surface_of(vec3 normal) { return vec4((512.0 + 511.0 * normal) / 1023.0, 1.0); }
+vec3 normal_of(vec4 surface) { return normalize(1023.0 / 511.0 * surface.xyz - 512.0 / 511.0); }

@@ -74,14 +74,12 @@ float half_shade(vec3 at, float least_radius, float width) {
     }
     float radius = clamp(sun_radius * shadow_span * gaps / max(blockers, 1.0), least_radius, search);
     float sum = 0.0;
-    // What faces the sun obliquely stands before itself: all that is before a point proves no shade on it.
-    bool dark = blockers == float(shadow_search) && texture(shadow_all, at) == 0.0;
-    int taps = blockers == 0.0 || dark ? 0 : shadow_taps;
+    int taps = blockers == 0.0 ? 0 : shadow_taps;
     for (int i = 0; i < taps; ++i) {
         sum += texture(shadow_all, vec3(at.xy + scale * radius * sqrt((float(i) + 0.5) / float(taps)) * turn, at.z));
         turn = golden * turn;
     }
-    return dark ? 0.0 : blockers == 0.0 ? 1.0 : sum / float(shadow_taps);
+    return blockers == 0.0 ? 1.0 : sum / float(shadow_taps);
 }
 
 // Share of the sun that is seen: its disc, and the haze about it, make shade softer the farther it falls. It does not

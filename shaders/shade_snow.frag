@@ -39,8 +39,7 @@ void main() {
     float depth = texelFetch(depths, at, 0).r;
     vec3 ray = ray_through(gl_FragCoord.xy);
     vec3 position = eye + depth * ray;
-    vec4 grain_at = texelFetch(surface, at, 0);
-    vec3 grain = normalize(grain_at.xyz * 2.0 - 1.0);
+    vec3 grain = normal_of(texelFetch(surface, at, 0));
     vec4 outward = texture(snow_outward, (position - volume_origin) / volume_size);
     // Where a sample is wide, grain is finer than it; a particle wider than a few pixels is no grain, but has some.
     float across = spacing / (depth * sample_tan), wide_enough = smoothstep(1.7, 2.7, across / edge);

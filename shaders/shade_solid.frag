@@ -40,7 +40,7 @@ void main() {
     float depth = texelFetch(depths, texel, 0).r;
     vec3 ray = ray_through(gl_FragCoord.xy);
     vec3 position = eye + depth * ray, towards = normalize(ray);
-    vec3 face = normalize(texelFetch(surface, texel, 0).xyz * 2.0 - 1.0);
+    vec3 face = normal_of(texelFetch(surface, texel, 0));
     float width = depth * sample_tan / sqrt(max(abs(dot(towards, face)), 0.01));
     Matter m = with_snow(matter_at(position - moved, face, width), position, face, width);
 
