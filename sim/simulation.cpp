@@ -55,19 +55,21 @@ std::size_t count_nodes(const ParticleSet& particles, double h, Weights weights)
 double estimate_steps(const Setup& setup, const ParticleSet& particles, double seconds) {
     const Solver& s = setup.solver;
     if (s.dt) return std::ceil(seconds / *s.dt);
-    double speed = 0, wave = 0;
+    double speed = 0;
     for (const Vec3d& v : particles.v) speed = std::max(speed, v.norm());
-    for (const Snow& snow : setup.materials) {
-        const SnowModel<double> m = model(snow);
-        wave = std::max(wave, std::sqrt((m.lambda0 + 2 * m.mu0) / snow.rho));
-    }
-    // What falls for all that time, and snow that packs to J_P = 0.8 where it lands.
+    // What falls for all that time.
     speed = std::max(speed, std::sqrt(speed * speed + std::pow(setup.gravity.norm() * std::min(seconds, 0.5), 2)));
     double dt = std::min(s.max_dt, 0.6 * setup.h / std::max(speed, 1e-30));
     if (s.integrator == Integrator::explicit_euler) {
-        double xi = 0;
-        for (const Snow& snow : setup.materials) xi = std::max(xi, snow.xi);
-        dt = std::min(dt, 0.5 * setup.h / (wave * std::exp(xi * 0.2 / 2) * std::sqrt(2.0)));
+        constexpr double packs_to = 0.8;  // of its J_P, where it lands
+        double wave2 = 0;
+        for (std::size_t p = 0; p < particles.size(); ++p) {
+            const Snow& snow = setup.materials[particles.material[p]];
+            const SnowModel<double> m = model(snow);
+            const Lame<double> k = hardened(m, packs_to * particles.Jp[p]);
+            wave2 = std::max(wave2, (k.lambda + 2 * k.mu) / snow.rho);
+        }
+        dt = std::min(dt, 0.5 * setup.h / std::sqrt(2 * wave2));
     }
     return std::ceil(seconds / dt);
 }

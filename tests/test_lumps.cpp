@@ -158,3 +158,17 @@ TEST_CASE("a bar of lumps that is pulled gives way at their seams", "[lumps]") {
     CHECK(opened[1] / count[1] > 0.05);
     CHECK(opened[1] / count[1] > 3 * opened[0] / count[0]);
 }
+
+TEST_CASE("an explicit run is expected to take more steps where lumps are firmer", "[lumps]") {
+    Setup setup;
+    setup.h = 0.01, setup.materials = {Snow{}}, setup.solver.integrator = Integrator::explicit_euler;
+    setup.materials[0].xi = 8;
+    ParticleSet ball = sample(Body{Sphere{{0, 1, 0}, 0.1}}, 400, setup.h, 1, 0);
+    const auto steps = [&] { return estimate_steps(setup, ball, 1); };
+    const double loose = steps();
+    pack_in_lumps(ball, {0.05, 0.85, 1.2}, 1);
+    const double core = *std::min_element(ball.Jp.begin(), ball.Jp.end());
+    // The speed of sound goes with exp(ξ (1 − J_P) / 2), and snow packs to 0.8 J_P.
+    CHECK(steps() / loose == Approx(std::exp(4 * 0.8 * (1 - core))).epsilon(1e-3));
+    CHECK(steps() / loose > 1.5);
+}
