@@ -1,23 +1,10 @@
 #pragma once
+#include "render/field.h"
 #include "sim/particle_view.h"
 
-#include <Eigen/Core>
-
 #include <cmath>
-#include <cstdint>
-#include <vector>
 
 namespace firn {
-
-/// Numbers on cells of a box, x fastest. Values belong to the cells' centres.
-struct Field {
-    Eigen::Vector3i size{0, 0, 0};
-    std::vector<float> values;
-
-    std::size_t index(int i, int j, int k) const {
-        return (static_cast<std::size_t>(k) * size.y() + j) * size.x() + i;
-    }
-};
 
 /// How much snow is where.
 struct Density {
@@ -49,16 +36,7 @@ inline constexpr int longest_edge = 2048;
 /// steps of a fifth: of a spreading cloud no frame looks much unlike the one before.
 Density density_of(const ParticleView&, std::size_t max_cells);
 
-/// 1 where all of the 3×3×3 cells around have at least that value; nothing lies outside.
-std::vector<std::uint8_t> enclosed_cells(const Field&, float least);
-
-/// [1 2 1]/4 along each axis.
-Field smoothed(const Field&);
-
 /// The mean of every eight cells, with the same lower corner.
 Density halved(const Density&);
-
-/// Of every cell −∂ρ/∂x, −∂ρ/∂y, −∂ρ/∂z, over two cells, and ρ itself: four numbers of 16 bits, as textures take them.
-std::vector<Eigen::half> outward_of(const Field& rho);
 
 }  // namespace firn

@@ -12,21 +12,6 @@ namespace {
 
 using Eigen::Vector3f;
 
-float smoothstep(float a, float b, float x) {
-    const float t = std::clamp((x - a) / (b - a), 0.0f, 1.0f);
-    return t * t * (3 - 2 * t);
-}
-
-/// How whole the snow around a particle is, 0 in the air to 1; ρ is the smoothed density, of which a single
-/// particle makes about 0.03 and the face of unbroken snow has a half.
-float wholeness(float rho, float flying) { return smoothstep(0.05f + 0.10f * flying, whole_from, rho); }
-
-/// The looser, the more unlike each other: few are large, and many fill the gaps.
-float radius_of(float spacing, float whole, float hash) {
-    const float h2 = hash * hash;
-    return spacing * 0.85f * whole * std::lerp(0.55f + 1.0f * h2 * h2, 0.83f + 0.5f * h2, whole);
-}
-
 Eigen::Vector3f cell_coordinates(const Vector3f& x, const Density& density) {
     return (x - density.origin) / density.cell;
 }
@@ -53,33 +38,6 @@ bool in_picture(const Vector3f& x, float radius, const View& view) {
     const Eigen::Vector2f half = 0.5f * view.sample_tan * view.samples.cast<float>();
     return p.z() + radius > view.near_depth && std::abs(p.x()) < half.x() * (p.z() + radius) + 2 * radius &&
            std::abs(p.y()) < half.y() * (p.z() + radius) + 2 * radius;
-}
-
-/// What a particle that lies alone has: few are large. What flies is powder for the most part, with crumbs in it whose
-/// sizes are spread as broken pieces' are: as many are wider than r as r⁻² [Turcotte 1986]; none holds more than its particle.
-/// `h`, 0 to 1, knows nothing of what else the hash decides.
-float crumb_radius(float spacing, float flying, float hash, float h) {
-    const float in_air = 0.04f / std::sqrt(h + 1e-4f);
-    return std::lerp(radius_of(spacing, 0.16f + 0.40f * h * h, hash),
-                     in_air < 0.1f ? 0 : spacing * std::min(in_air, 0.62f), flying);
-}
-
-/// In a cloud of density ρ neighbours are ρ^(−1/3) apart: powder spreads as far, and where that is too far shows no more.
-void spread_powder(SprayPoint& point, float spacing, float rho) {
-    const float wider = std::clamp(std::cbrt(0.07f / std::max(rho, 1e-4f)), 1.0f, 2.2f);
-    point.puff = 1.9f * spacing * wider;
-    point.powder = point.amount / (wider * wider) * smoothstep(0.48f, 1, 1 / wider);
-}
-
-/// `lone`, 0 to 1: in a dense cloud no grain's way can be told from its neighbours'.
-SprayPoint spray_point(const ParticleView& particles, std::size_t p, float amount, float lone, float hash,
-                       float crumb) {
-    const float *x = &particles.x[3 * p], value = particles.value.empty() ? 0 : particles.value[p];
-    SprayPoint point{x[0], x[1], x[2], 0, 0, 0, amount, hash, value, crumb, 0, 0};
-    if (particles.v.empty() || !drawable(&particles.v[3 * p])) return point;
-    const float* v = &particles.v[3 * p];
-    point.vx = lone * v[0], point.vy = lone * v[1], point.vz = lone * v[2];
-    return point;
 }
 
 /// What a piece of the particles gives.

@@ -1,5 +1,6 @@
 #pragma once
 #include "render/cover.h"
+#include "render/loose_snow.h"
 #include "render/view.h"
 
 #include <cmath>
@@ -13,17 +14,6 @@ struct Splat {
     float radius;   ///< [m]
     float hash;     ///< 0 to 1, of the particle's number: the same in every frame.
     float value;    ///< what a colour map shows.
-};
-
-/// A particle that is powder in the air.
-struct SprayPoint {
-    float x, y, z;     ///< [m]
-    float vx, vy, vz;  ///< [m/s]
-    float amount;      ///< 0 to 1: how far it has come apart.
-    float hash, value;
-    float crumb;   ///< radius of what is too small for a splat of its own [m]; 0: none is.
-    float puff;    ///< radius of the powder about it [m]: it fills the way to its neighbours,
-    float powder;  ///< and hides so much of what is behind, as a share of what dense spray does [1].
 };
 
 /// In one order for both draws: seen ones come first, of them the near ones, whose children show; what the sun

@@ -1,4 +1,4 @@
-#include "render/gl.h"
+#include "render/program.h"
 #include "render/gl_limits.h"
 #include "tests/small_pictures.h"
 
