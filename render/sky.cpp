@@ -32,11 +32,11 @@ Light unadapted(double elevation) {
     const double day = smoothstep(-14, 24, elevation), set = smoothstep(-1.5, 1.0, elevation);
     const double golden = smoothstep(-8, 1, elevation) * (1 - smoothstep(4, 22, elevation));
     Light light;
-    light.sun = 1.19 * set * (-air_mass(elevation) * optical_depth).array().exp().matrix();
+    light.sun = 1.30 * set * (-air_mass(elevation) * optical_depth).array().exp().matrix();
     light.zenith = day * Vector3d(0.060, 0.16, 0.41);
     const Vector3d cool(0.50, 0.61, 0.745), warm(0.78, 0.56, 0.42);
     light.horizon = day * (cool + 0.8 * golden * (warm - cool));
-    light.sky = day * (Vector3d(0.22, 0.305, 0.42) + 0.25 * golden * Vector3d(0.10, 0.0, -0.04));
+    light.sky = day * (Vector3d(0.161, 0.223, 0.307) + golden * Vector3d(0.018, 0.0, -0.007));
     return light;
 }
 

@@ -72,7 +72,7 @@ void main() {
     vec4 light = light_at(position + spacing * normal);
     float facing = clamp((dot(normal, to_sun) + snow_wrap) / (1.0 + snow_wrap), 0.0, 1.0);
     float thin = sqrt(spray_transmittance(lifted));  // half of the cloud lies behind
-    float direct = facing * sun_visibility(lifted, facing, 0.8 * spacing) * thin * mix(1.0, open, 0.5);
+    float direct = facing * sun_visibility(lifted, facing, 0.8 * spacing) * thin * mix(1.0, open, 0.46);
     float past_bodies = texture(shadow_bodies, shadow_position(lifted));
     // The more obliquely the sun falls, the less of it gets in; what is loose takes it from all sides.
     float let_in = clamp((dot(outward.xyz, to_sun) / max(dense, 1e-4) + 0.5) / 1.5, 0.1, 1.0);
