@@ -117,7 +117,7 @@ vec4 light_at(vec3 position) {
 }
 
 // What hides the sky is itself bright snow.
-float open_sky(float visible) { return visible / (1.0 - 0.6 * (1.0 - visible)); }
+float open_sky(float visible) { return visible / (1.0 - 0.68 * (1.0 - visible)); }
 
 // Most of the sky's light comes from the sun's side: what leans there is lighter, in shade as well.
 vec3 brightest_sky() { return normalize(to_sun + vec3(0.0, 1.0, 0.0)); }
@@ -126,8 +126,8 @@ vec3 sky_by_normal(vec3 normal) { return sky_light * (0.65 + 0.35 * normal.y + 0
 
 // Light from the country below, a share of which lies in the sun.
 vec3 bounce_by_normal(vec3 normal, float sunlit) {
-    const vec3 shaded = vec3(0.88, 1.0, 1.12);  // much of it lies in blue shade
-    return 0.50 * shaded * ground * (sunlit * max(to_sun.y, 0.0) * sun_light + sky_light) * (0.5 - 0.5 * normal.y);
+    const vec3 shaded = vec3(0.84, 1.0, 1.15);  // much of it lies in blue shade
+    return 0.48 * shaded * ground * (sunlit * max(to_sun.y, 0.0) * sun_light + sky_light) * (0.5 - 0.5 * normal.y);
 }
 
 // Film's answer to light: a toe, contrast, and a shoulder that is never quite white.
