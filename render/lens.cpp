@@ -5,6 +5,7 @@
 namespace firn {
 
 void Renderer::Passes::make_lens(const Eigen::Vector2i& samples) {
+    lens_samples = {0, 0};
     blurred = make_texture_2d(GL_RGBA16F, samples.x(), samples.y());
     lens_target = make_framebuffer("light and depth (RGBA16F and R32F)", {&blurred, &smooth_depths[0]});
     blurred_target = make_framebuffer("light (RGBA16F, depth 24 stencil 8)", {&blurred}, &depth_buffer,
@@ -13,12 +14,13 @@ void Renderer::Passes::make_lens(const Eigen::Vector2i& samples) {
         lens_reach[i] = make_texture_2d(GL_R16F, blocks_of(samples.x()), blocks_of(samples.y()));
         lens_reach_target[i] = make_framebuffer("a lens's reach (R16F)", {&lens_reach[i]});
     }
+    lens_samples = samples;
 }
 
 /// Depth of field: where discs may reach is found for blocks first, so that the taps lie no wider than they must. Leaves
 /// the depth of what comes to each sample for the spray, which is drawn after it.
 void Renderer::Passes::blur_by_lens(const Frame& frame, int moment) {
-    if (blurred.id() == 0) make_lens(frame.view.samples);
+    if (lens_samples != frame.view.samples) make_lens(frame.view.samples);
     constexpr double widest_disc = 0.04;  // radius, of the picture's height: wider ones would show single taps
     const auto run = [&](const Program& program, const Framebuffer& target) {
         program.set("depths", unit_raw_depths);

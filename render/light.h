@@ -14,6 +14,7 @@ struct SnowLight {
     Eigen::half sun[3];  ///< red, green and blue of the sun that comes through, scattered.
     Eigen::half sky;     ///< of the sky's light.
 };
+static_assert(sizeof(SnowLight) == 4 * sizeof(Eigen::half));
 
 std::vector<SnowLight> light_in_snow(const Density&, float spacing, const Eigen::Vector3f& to_sun);
 

@@ -143,6 +143,7 @@ struct Renderer::Passes {
         shadow_bounds_target, surface_target,
         smooth_target[3], light_target, lens_reach_target[2], lens_target, blurred_target, film_target, developed_target;
     const Texture* picture_light = nullptr;  ///< what is to be exposed.
+    Eigen::Vector2i lens_samples{0, 0};      ///< of the textures behind it: as few as can be until it is needed.
     Program shadow_mesh_program{{"shadow_mesh.vert"}, {"shadow_mesh.frag"}},
         shadow_splat_program{{"shadow_splat.vert"}, {"shadow_splat.frag"}},
         shadow_spray_program{{"shadow_spray.vert"}, {"shadow_spray.frag"}},

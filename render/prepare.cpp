@@ -14,7 +14,7 @@ using Eigen::Vector3f;
 
 namespace {
 
-constexpr std::size_t max_cells = std::size_t(1) << 22;  ///< of the density grid: 100 MB of light in them.
+constexpr std::size_t max_cells = std::size_t(1) << 22;  ///< of the density grid: 70 MB of light and slope in them.
 
 /// Positions, those in front of the plane replaced by none: a particle keeps its number.
 std::vector<float> cut(std::span<const float> x, const Plane& plane) {

@@ -4,7 +4,6 @@
 #include "render/shaders.h"
 
 #include <regex>
-#include <vector>
 
 namespace firn {
 

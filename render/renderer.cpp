@@ -88,6 +88,7 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
     light = make_texture_2d(GL_RGBA16F, width, height);
     light_target = make_framebuffer("light (RGBA16F, depth 24 stencil 8)", {&light}, &depth_buffer,
                                     GL_DEPTH_STENCIL_ATTACHMENT);
+    make_lens({1, 1});  // shows that it can be made
     developed_size = effort.edge < 1 ? inner : Eigen::Vector2i(picture.width, picture.height);
     film = make_texture_2d(GL_RGBA16F, developed_size.x(), developed_size.y());
     film_target = make_framebuffer("film (RGBA16F)", {&film});

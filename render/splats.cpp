@@ -184,8 +184,8 @@ struct Chooser {
             spread_powder(point, spacing, std::min(around, 1.6f * (rho - 0.022f)));
             point.powder *= std::min(2 * around / std::max(rho, 1e-4f), 1.0f);
             piece.spray.push_back(point);
+            if (sprayed && flying > 0.5f && point.powder > 0.01f) return;  // whose shade holds the crumb's
         }
-        if (sprayed && flying > 0.5f) return;  // the shade of powder holds its own
         if (const float radius = std::max(solid, crumb); radius > 0.017f * spacing && kept)
             add(piece, splat_of(radius), covered | (sprayed ? from_eye : 0));
     }

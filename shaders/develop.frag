@@ -1,4 +1,4 @@
-// From the film's linear light to sRGB of 8 bits.
+// What the film shows, linear, to sRGB of 8 bits.
 uniform sampler2D film;
 
 out vec4 out_colour;

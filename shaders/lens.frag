@@ -47,6 +47,6 @@ void main() {
     }
     // The taps' sum scatters about the share that is covered: what is all covered would shine through where it falls short.
     vec3 sum = mix(base.rgb / base.a, cover.rgb / max(cover.a, 1e-6), min(1.1 * cover.a, 1.0));
-    out_light = vec4(undeveloped ? develop(sum) : sum, 1.0);
+    out_light = vec4(undeveloped ? film_curve(sum) : sum, 1.0);
     out_depth = (base.a + cover.a) / nearness;
 }

@@ -23,7 +23,7 @@ uniform vec3 ground;               // light that comes back from it, as a share 
 uniform float spacing;             // of particles [m]
 uniform float haze_distance;       // [m]
 uniform float exposure;
-uniform bool undeveloped;          // what is drawn now meets the film later
+uniform bool undeveloped;          // what is drawn now meets the film curve later
 
 // About the sun, most along the horizon; `towards` is the cosine of the angle to it.
 vec3 glow_of_air(float towards, float height) {
@@ -131,13 +131,13 @@ vec3 bounce_by_normal(vec3 normal, float sunlit) {
 }
 
 // Film's answer to light: a toe, contrast, and a shoulder that is never quite white.
-vec3 develop(vec3 light) {
+vec3 film_curve(vec3 light) {
     vec3 x = exposure * max(light, vec3(0.0));
     return 1.0 - exp(-1.55 * pow(x, vec3(1.45)));
 }
 
 // As the film shows it, unless a lens has to spread it first.
-vec3 on_film(vec3 light) { return undeveloped ? light : develop(light); }
+vec3 on_film(vec3 light) { return undeveloped ? light : film_curve(light); }
 
 // Of a surface that bright snow stands before.
 float lifted_by_snow(float open) { return open / (1.0 - 0.65 * (1.0 - open)); }

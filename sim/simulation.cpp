@@ -57,7 +57,7 @@ double estimate_steps(const Setup& setup, const ParticleSet& particles, double s
     if (s.dt) return std::ceil(seconds / *s.dt);
     double speed = 0;
     for (const Vec3d& v : particles.v) speed = std::max(speed, v.norm());
-    // What falls for all that time.
+    // What falls for all that time, at most half a second.
     speed = std::max(speed, std::sqrt(speed * speed + std::pow(setup.gravity.norm() * std::min(seconds, 0.5), 2)));
     double dt = std::min(s.max_dt, 0.6 * setup.h / std::max(speed, 1e-30));
     if (s.integrator == Integrator::explicit_euler) {

@@ -98,7 +98,8 @@ std::size_t bytes_per_node(const Solver&);
 /// Grid nodes that these particles need, counted without making a grid.
 std::size_t count_nodes(const ParticleSet&, double h, Weights);
 
-/// Steps that `seconds` of this will take at the present Δt limit: an estimate, since Δt follows the flow.
+/// Steps that `seconds` of this will take at the Δt limit of particles that fall and, explicit, pack: an estimate, since Δt
+/// follows the flow.
 double estimate_steps(const Setup&, const ParticleSet&, double seconds);
 
 }  // namespace firn

@@ -249,7 +249,8 @@ TEST_CASE("a shader that does not compile shows its file, the line and what is w
                       Catch::Contains("common.glsl + splat.frag does not compile") &&
                           Catch::Contains("\nsplat.frag:" + std::to_string(wrong)) &&
                           Catch::Contains("faces"));
-    CHECK_THROWS_WITH(Program({"full_screen.vert"}, {"full_screen.vert", "expose.frag"}), Catch::Contains("full_screen.vert"));
+    CHECK_THROWS_WITH(Program({"full_screen.vert"}, {"full_screen.vert", "develop.frag"}),
+                      Catch::Contains("\nfull_screen.vert:"));
 }
 
 TEST_CASE("particles far apart and far from the camera are drawn or left out, and cost no more", "[renderer]") {
