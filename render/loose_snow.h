@@ -24,17 +24,17 @@ inline float smoothstep(float a, float b, float x) {
     return t * t * (3 - 2 * t);
 }
 
-/// How whole the snow around a particle is, 0 in the air to 1; ρ is the smoothed density, of which a single
+/// How whole the snow around a particle is [1], 0 in the air to 1; ρ is the smoothed density, of which a single
 /// particle makes about 0.03 and the face of unbroken snow has a half.
 inline float wholeness(float rho, float flying) { return smoothstep(0.05f + 0.10f * flying, whole_from, rho); }
 
-/// The looser, the more unlike each other: few are large, and many fill the gaps.
+/// Of a splat [m]. The looser, the more unlike each other: few are large, and many fill the gaps.
 inline float radius_of(float spacing, float whole, float hash) {
     const float h2 = hash * hash;
     return spacing * 0.85f * whole * std::lerp(0.55f + 1.0f * h2 * h2, 0.83f + 0.5f * h2, whole);
 }
 
-/// What a particle that lies alone has: few are large. What flies is powder for the most part, with crumbs in it whose
+/// What a particle that lies alone has [m], 0: nothing. Few are large. What flies is powder for the most part, with crumbs in it whose
 /// sizes are spread as broken pieces' are: as many are wider than r as r⁻² [Turcotte 1986]; none holds more than its particle.
 /// `h`, 0 to 1, knows nothing of what else the hash decides.
 inline float crumb_radius(float spacing, float flying, float hash, float h) {

@@ -36,6 +36,7 @@ Light unadapted(double elevation) {
     light.zenith = day * Vector3d(0.060, 0.16, 0.41);
     const Vector3d cool(0.50, 0.61, 0.745), warm(0.78, 0.56, 0.42);
     light.horizon = day * (cool + 0.8 * golden * (warm - cool));
+    // On level ground 0.41 of all light with the sun at 18°, 0.28 at 32° and 0.18 at 60°: a sky without clouds.
     light.sky = day * (Vector3d(0.161, 0.223, 0.307) + golden * Vector3d(0.018, 0.0, -0.007));
     return light;
 }

@@ -1,4 +1,5 @@
 #include "render/renderer.h"
+#include "render/sky.h"
 #include "render/view.h"
 
 #include <catch2/catch.hpp>
@@ -120,6 +121,19 @@ TEST_CASE("the sun stands where azimuth and elevation say", "[camera]") {
     CHECK((sun_direction(picture) - Eigen::Vector3f(0, 0.5f, std::sqrt(0.75f))).norm() < 1e-6);
     picture.sun_azimuth = 0, picture.sun_elevation = 0;
     CHECK((sun_direction(picture) - Eigen::Vector3f(1, 0, 0)).norm() < 1e-6);
+}
+
+TEST_CASE("the sky gives less of the light the higher the sun: half when it is low, under a third at 32 degrees", "[camera]") {
+    double before = 0.6;
+    for (const double elevation : {12.0, 18.0, 32.0, 60.0}) {
+        const SkyLight light = sky_light_at(elevation);
+        const double sky = light.sky.y(), sun = std::sin(elevation * EIGEN_PI / 180) * light.sun.y(), share = sky / (sun + sky);
+        CAPTURE(elevation, share);
+        CHECK(share < before);
+        CHECK(share > 0.1);
+        if (elevation == 32) CHECK(share < 1 / 3.0);
+        before = share;
+    }
 }
 
 TEST_CASE("the shadow map holds its ball, the sun's side nearer", "[camera]") {

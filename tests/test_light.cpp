@@ -34,12 +34,12 @@ const Eigen::Vector3f to_sun(0, 1, 0);
 double nothing_near(const Eigen::Vector3f&) { return INFINITY; }
 
 Splats splats_of(const std::vector<float>& x, const Vec3d& eye, const std::vector<float>& v = {},
-                 const DistanceToBodies& to_bodies = nothing_near) {
+                 const DistanceToBodies& to_bodies = nothing_near, const SplatDetail& detail = {}) {
     const Density density = density_at(x);
     Density soft = density;
     soft.rho = smoothed(density.rho);
     return visible_splats({x, v, spacing}, density, soft, halved(halved(density)),
-                          view_of(Camera{eye, {0.2, 0.2, 0.2}, 40}, {}, 1, 0), to_sun, 4, to_bodies);
+                          view_of(Camera{eye, {0.2, 0.2, 0.2}, 40}, {}, 1, 0), to_sun, 4, to_bodies, detail);
 }
 
 double total(const Density& density) {
@@ -195,6 +195,25 @@ TEST_CASE("in flying powder are crumbs as of what breaks: a quarter of them is t
     CHECK(wider_than(0.1f) > 0.04 * particles);
     CHECK(wider_than(0) < 0.2 * particles);
     CHECK(wider_than(0.62f) == 0);  // none holds more than its particle
+}
+
+TEST_CASE("a crumb that is drawn as a grain throws one shade: its powder's, or else its own", "[light]") {
+    for (const float apart : {3.0f, 8.0f}) {
+        std::vector<float> x = block(20, 20);
+        for (float& c : x) c *= apart;
+        SplatDetail detail;
+        detail.crumb = 1e6f;  // all of them
+        const Splats splats = splats_of(x, {0, 0, 30}, std::vector<float>(x.size(), 3.0f), nothing_near, detail);
+        std::size_t crumbs = 0, without_powder = 0;
+        for (const SprayPoint& s : splats.spray)
+            crumbs += s.crumb > 0, without_powder += s.crumb > 0 && s.powder <= 0.01f;
+        CAPTURE(apart, crumbs);
+        CHECK(splats.seen == 0);
+        CHECK(splats.all.size() == without_powder);
+        if (apart > 4) CHECK(without_powder == crumbs);
+        if (apart < 4) CHECK(without_powder < 0.1 * crumbs);  // at its rim
+        CHECK(crumbs > 0.1 * 20 * 20 * 20);
+    }
 }
 
 TEST_CASE("cells grow by a fifth where there are too many, and a lump stays as firm", "[light]") {

@@ -1,5 +1,5 @@
-#include "render/program.h"
 #include "render/gl_limits.h"
+#include "render/program.h"
 #include "tests/small_pictures.h"
 
 #include <cstdio>
