@@ -129,10 +129,11 @@ Sampler make_mipmap_reader() { return make_reader(GL_LINEAR_MIPMAP_NEAREST, GL_L
 
 Texture make_volume_texture() { return make_texture(GL_TEXTURE_3D, GL_LINEAR, GL_CLAMP_TO_EDGE); }
 
-Texture make_tile_texture(int size, const std::uint8_t* texels) {
+Texture make_tile_texture(int size, const std::vector<std::vector<std::uint8_t>>& levels) {
     Texture texture = make_texture(GL_TEXTURE_2D, GL_LINEAR, GL_REPEAT);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, size, size, 0, GL_RGBA, GL_UNSIGNED_BYTE, texels);
-    glGenerateMipmap(GL_TEXTURE_2D);
+    for (GLint level = 0; level < static_cast<GLint>(levels.size()); ++level)
+        glTexImage2D(GL_TEXTURE_2D, level, GL_RGBA8, size >> level, size >> level, 0, GL_RGBA,
+                     GL_UNSIGNED_BYTE, levels[level].data());
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
     check_gl("a tile of " + std::to_string(size) + "² texels");
     return texture;

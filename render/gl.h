@@ -5,6 +5,7 @@
 #include <initializer_list>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace firn {
 
@@ -58,8 +59,8 @@ Sampler make_depth_reader(int unit);
 Sampler make_mipmap_reader();
 /// Empty 3D texture; linear, clamped.
 Texture make_volume_texture();
-/// RGBA, 8 bits a channel, with all its smaller versions; linear, repeats.
-Texture make_tile_texture(int size, const std::uint8_t* texels);
+/// RGBA, 8 bits a channel, with all its smaller versions, each of half the size; linear, repeats.
+Texture make_tile_texture(int size, const std::vector<std::vector<std::uint8_t>>& levels);
 /// RGBA, 8 bits a channel, one row; linear, clamped.
 Texture make_strip_texture(int size, const std::uint8_t* texels);
 /// Throws GLError with the name, which tells the formats, where the combination cannot be drawn into.

@@ -131,7 +131,7 @@ struct Renderer::Passes {
                 spray_line_array = make_vertex_array(spray, {3, 3, 1, 1, 1, 1, 1, 1}),
                 mesh_array = make_vertex_array(mesh, {3, 3}), no_array = make_vertex_array(mesh, {}),
                 node_array = make_vertex_array(nodes, {3});
-    Texture relief = make_tile_texture(Relief::size, snow_relief().texels.data());
+    Texture relief = make_tile_texture(Relief::size, snow_relief().levels);
     Sampler quick_reader = make_mipmap_reader();  ///< of the relief, where a step between sizes does not show.
     Sampler depth_reader = make_depth_reader(unit_shadow_depths);
     Texture shadow_all, shadow_bodies, spray_shadow, shadow_blocks[2], shadow_bounds, snow_outward = make_volume_texture(),

@@ -36,6 +36,17 @@ void normalize(std::vector<double>& values) {
     for (double& v : values) v /= deviation;
 }
 
+/// Each value the mean of four.
+std::vector<double> halved(const std::vector<double>& fine, int size) {
+    std::vector<double> coarse;
+    for (int k = 0; k < size; k += 2)
+        for (int i = 0; i < size; i += 2) {
+            const double* corner = &fine[k * size + i];
+            coarse.push_back((corner[0] + corner[1] + corner[size] + corner[size + 1]) / 4);
+        }
+    return coarse;
+}
+
 }  // namespace
 
 Relief snow_relief() {
@@ -54,10 +65,15 @@ Relief snow_relief() {
         }
     Relief relief;
     for (std::vector<double>* values : {&slope_x, &slope_z, &height}) normalize(*values);
-    for (int c = 0; c < n * n; ++c)
-        for (const double v : {slope_x[c], slope_z[c], height[c], 3.0})
-            relief.texels.push_back(
-                static_cast<std::uint8_t>(std::lround(127.5 + 127.5 * std::clamp(v / 3, -1.0, 1.0))));
+    for (int size = n; size > 0; size /= 2) {
+        std::vector<std::uint8_t>& texels = relief.levels.emplace_back();
+        for (int c = 0; c < size * size; ++c)
+            for (const double v : {slope_x[c], slope_z[c], height[c], 3.0})
+                texels.push_back(
+                    static_cast<std::uint8_t>(std::lround(127.5 + 127.5 * std::clamp(v / 3, -1.0, 1.0))));
+        if (size > 1)
+            for (std::vector<double>* values : {&slope_x, &slope_z, &height}) *values = halved(*values, size);
+    }
     return relief;
 }
 

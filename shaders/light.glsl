@@ -142,7 +142,13 @@ vec3 on_film(vec3 light) { return undeveloped ? light : film_curve(light); }
 // Of a surface that bright snow stands before.
 float lifted_by_snow(float open) { return open / (1.0 - 0.65 * (1.0 - open)); }
 
+const vec3 snow_albedo = vec3(0.965, 0.972, 0.98);
+const vec3 deep = vec3(0.86, 1.0, 1.16);  // colour of light that has been inside: ice takes the red
+const float scattering = 0.18;     // share of the sun that was inside before it comes out
 const float snow_wrap = 0.16;      // how far sunlight reaches around the edge of shade on snow, as a cosine
+
+// The more obliquely the sun falls, the less of it gets in.
+float share_let_in(float facing) { return clamp((facing + 0.5) / 1.5, 0.1, 1.0); }
 
 vec3 light_on_level() { return max(to_sun.y, 0.0) * sun_light + sky_light; }
 

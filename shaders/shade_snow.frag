@@ -12,10 +12,6 @@ uniform sampler2D palette;
 
 out vec4 out_light;
 
-const vec3 albedo = vec3(0.965, 0.972, 0.98);
-const vec3 deep = vec3(0.86, 1.0, 1.16);  // colour of light that has been inside: ice takes the red
-const float scattering = 0.18;     // share of the sun that was inside before it comes out
-
 // From smoothed depth: the smaller of the two differences along each axis, which does not cross an edge. Shorter than 1
 // where it is steep: one sample beside an edge on either side tells little.
 vec3 normal_of_depth(sampler2D map, ivec2 at, float depth) {
@@ -74,8 +70,8 @@ void main() {
     float thin = sqrt(spray_transmittance(lifted));  // half of the cloud lies behind
     float direct = facing * sun_visibility(lifted, facing, 0.8 * spacing) * thin * mix(1.0, open, 0.46);
     float past_bodies = texture(shadow_bodies, shadow_position(lifted));
-    // The more obliquely the sun falls, the less of it gets in; what is loose takes it from all sides.
-    float let_in = clamp((dot(outward.xyz, to_sun) / max(dense, 1e-4) + 0.5) / 1.5, 0.1, 1.0);
+    // What is loose takes it from all sides.
+    float let_in = share_let_in(dot(outward.xyz, to_sun) / max(dense, 1e-4));
     vec3 inside = past_bodies * light.rgb * deep * mix(1.0, let_in, smoothstep(0.02, 0.1, dense) * (1.0 - loose));
     float scattered = scattering + loose * (0.02 + 0.08 * light.g);
     // Grains send most of the light nearly straight on: against the sun, what is thin shines.
@@ -97,5 +93,5 @@ void main() {
         return;
     }
     float sparkle = glint(position, smooth_normal / sure, ray, depth * sample_tan);
-    out_light = vec4(seen_through_air(albedo * (sun + around) + 4.0 * sparkle * direct * sun_light, depth, ray), 1.0);
+    out_light = vec4(seen_through_air(snow_albedo * (sun + around) + 4.0 * sparkle * direct * sun_light, depth, ray), 1.0);
 }

@@ -50,12 +50,14 @@ void main() {
     float level = max(dot(face, to_sun), 0.0);
     float facing = mix(level, dot(m.normal, to_sun), smoothstep(0.0, 0.2, level));
     facing = max((facing + m.soft * smoothstep(0.0, 0.2, level)) / (1.0 + m.soft), 0.0);
-    float direct = facing * sun_visibility(lifted, facing, 1.5 * shadow_texel) * spray_transmittance(lifted);
+    float inside = scattering * smoothstep(0.0, 0.2, level) * m.soft / snow_wrap;
+    float seen = sun_visibility(lifted, max(facing, inside), 1.5 * shadow_texel) * spray_transmittance(lifted), direct = facing * seen;
+    vec3 sun = seen * mix(vec3(facing), share_let_in(level) * deep, inside);
     float open = open_to_bodies(position, face);
     float snow_open = light_at(position + spacing * face).a;
     open *= open_sky(snow_open);
     open *= 1.0 + 0.6 * dot(m.normal - face, brightest_sky());
-    vec3 colour = m.albedo * (sun_light * direct + open * (sky_by_normal(m.normal) + bounce_by_normal(m.normal, open)));
+    vec3 colour = m.albedo * (sun_light * sun + open * (sky_by_normal(m.normal) + bounce_by_normal(m.normal, open)));
 
     int sparkles = m.soft > 0.0 && direct > 0.0 && width < 0.35 * spacing ? 1 : 0;
     for (int once = 0; once < sparkles; ++once)

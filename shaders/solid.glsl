@@ -4,8 +4,6 @@ uniform sampler3D snow_outward;    // −∇ρ over two cells; ρ in alpha
 uniform mat3 lie;                  // columns: along the body, up, and across
 uniform vec4 axis;                 // of what is round about its length: a point on it, radius; 0 of what is flat [m]
 
-const vec3 snow_albedo = vec3(0.949, 0.963, 0.978);
-
 struct Matter {
     vec3 albedo;
     vec3 normal;

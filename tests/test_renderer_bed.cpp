@@ -60,7 +60,7 @@ TEST_CASE("a bed of snow is as bright as ground of snow in its place, whatever t
         const double plane =
             mean_of_bed(renderer->draw({{}, {}, spacing}, {{{Plane{{0, 0.1, 0}, {0, 1, 0}}}}}, above, 0));
         CAPTURE(elevation, particles, plane);
-        CHECK(std::abs(particles - plane) < 8);
+        CHECK(std::abs(particles - plane) < 5);
     }
 }
 
