@@ -16,31 +16,33 @@ vec2 numbers_of(uint n) {
     return vec2(float(n & 65535u), float(n >> 16u)) / 65535.0;
 }
 
-// Of that many conifers around, side by side: the top, from 0 to 1, as it is at the height `y`, since boughs hang in
-// tiers, and a number of the tree that has it.
+// Of that many conifers around in a row, and as many smaller ones: the top, from 0 to 1, as it is at the height `y`, since
+// boughs hang in tiers, and a number of the tree that has it.
 vec2 tree_tops(float around, float count, float y, float uneven) {
     float at = around * count, cell = floor(at);
     vec2 top = vec2(0.0, 0.5);
-    for (float i = -1.0; i <= 1.0; ++i) {
-        vec2 h = numbers_of(uint(mod(cell + i, count)));
-        float aside = abs(at - cell - i - 0.2 - 0.6 * h.x) * (0.88 + 0.28 * fract(13.0 * y + 7.0 * h.x) + uneven);
-        float height = (0.35 + 0.65 * h.y) * (1.0 - aside / (0.5 + 0.35 * h.y));
+    for (float i = -1.0; i <= 1.5; i += 0.5) {  // by turns: large at i, small at i + 1/2
+        float young = fract(i) > 0.0 ? 0.55 : 1.0;
+        vec2 h = numbers_of(uint(mod(2.0 * (cell + i), 2.0 * count)));
+        float aside = abs(at - cell - floor(i) - h.x) * (0.88 + 0.28 * fract(13.0 * y + 7.0 * h.x) + uneven);
+        float height = young * (0.5 + 0.5 * h.y) * (1.0 - aside / (young * (0.42 + 0.35 * h.y)));
         if (height > top.x) top = vec2(height, fract(5.0 * h.x));
     }
     return top;
 }
 
-// A wood's edge before what is behind it; `clear` is the share of its light that comes through the mist.
+// A wood's edge before what is behind it, that stands so high; `clear` is the share of its light that comes through the
+// mist, which is thickest at its foot.
 vec3 wood_before(vec3 behind, float around, float high, float count, float tall, float clear, vec3 mist, float blur) {
     const float turn = 6.2831853;
     float stands = smoothstep(-0.75, -0.25, swell(around, 3.0, 0.01 * count, 0.15));  // else there is a clearing
     float bough = swell(around, 0.7 * count, 0.7 * count * high / turn, blur), twig = swell(around, 3.0 * count, 3.0 * count * high / turn, blur);
     vec2 tree = tree_tops(around, count, high / tall, 0.10 * bough + 0.20 * twig);
-    tree = mix(tree, vec2(0.45, 0.5), smoothstep(0.4, 1.2, blur * count / turn));  // trees finer than that are but a wood
-    float top = tall * stands * (0.50 + 0.25 * swell(around, 0.05 * count, 0.3, blur) + 0.60 * tree.x);
+    tree = mix(tree, vec2(0.5, 0.5), smoothstep(0.4, 1.2, blur * count / turn));  // trees finer than that are but a wood
+    float top = tall * stands * (0.42 + 0.25 * swell(around, 0.05 * count, 0.3, blur) + 0.65 * tree.x);
     float frosted = smoothstep(0.0, 1.2, bough + 0.8 * twig + 0.7 * (high / tall) - 0.5);
     vec3 colour = light_on_level() * mix((0.5 + tree.y) * vec3(0.022, 0.030, 0.028), vec3(0.30, 0.34, 0.39), (0.15 + 0.4 * tree.y) * frosted);
-    colour = mix(mist, colour, clear * (1.0 - 0.25 * exp(-60.0 * max(high, 0.0))));
+    colour = mix(mist, colour, clear * (1.0 - 0.45 * exp(-2.5 * max(high, 0.0) / tall)));
     float soft = min(5.0 * blur, 0.02 + blur);  // sides of trees are five times as steep
     return mix(behind, colour, fading(top - soft, top + soft, high) * smoothstep(0.0, 0.3, stands));
 }
@@ -59,8 +61,9 @@ vec3 country_before(vec3 colour, vec3 direction, float blur) {
         seen = mix(seen, far_off, fading(hill - blur, hill + blur, high));
 
         float clear = 1.0 - 0.45 * towards * towards * towards;  // the nearer to the sun, the more the air shines
-        seen = wood_before(seen, around, high, 640.0, 0.060, 0.55 * clear, mist, blur);
-        seen = wood_before(seen, around, high, 400.0, 0.100, 0.85 * clear, mist, blur);
+        seen = wood_before(seen, around, high - 0.7 * hill, 1060.0, 0.040, 0.30 * clear, mist, blur);
+        seen = wood_before(seen, around, high - 0.010, 640.0, 0.060, 0.50 * clear, mist, blur);
+        seen = wood_before(seen, around, high, 400.0, 0.090, 0.85 * clear, mist, blur);
 
         float rise = 0.004 + 0.007 * swell(around, 4.0, 0.33, blur) + 0.0015 * swell(around, 23.0, 0.62, blur);
         seen = mix(seen, mix(0.85 * light, mist, 0.55), fading(rise - 0.5 * blur, rise + 0.5 * blur, high));

@@ -39,7 +39,7 @@ void main() {
     vec4 outward = texture(snow_outward, (position - volume_origin) / volume_size);
     // Where a sample is wide, grain is finer than it; a particle wider than a few pixels is no grain, but has some.
     float across = spacing / (depth * sample_tan), wide_enough = smoothstep(1.7, 2.7, across / edge);
-    float grain_share = mix(0.30, 0.18, wide_enough) * clamp(1.5 - 0.5 / across, 0.3, 1.0);
+    float grain_share = mix(0.21, 0.15, wide_enough) * clamp(1.5 - 0.5 / across, 0.3, 1.0);
     vec3 smooth_normal = normal_of_depth(depths, at, depth);
     // A grain that faces the eye where all around is grazed would be a dark speck.
     float dense = length(outward.xyz), agrees = dot(smooth_normal, outward.xyz) / max(dense * length(smooth_normal), 1e-4);
@@ -60,7 +60,7 @@ void main() {
     // Pits of the grain and hollows between lumps see less of the light.
     float raw = texelFetch(raw_depths, at, 0).r, wide = texelFetch(wide_depths, at, 0).r;
     float pit = clamp((raw - depth) / spacing, -0.6, 0.8), hollow = clamp((depth - wide) / (3.0 * spacing), -0.7, 0.9);
-    float pitted = mix(0.20, 0.02, wide_enough);  // a lump of its own shows no pits
+    float pitted = mix(0.12, 0.02, wide_enough);  // a lump of its own shows no pits
     float loose = fading(0.06, 0.32, outward.a);  // light finds its way between grains, and through what is thin
     float open = clamp(1.0 - (1.0 - 0.4 * loose) * (pitted * pit + 0.65 * hollow) * (1.0 - thins), 0.3, 1.25);
 
