@@ -47,7 +47,7 @@ inline float crumb_radius(float spacing, float flying, float hash, float h) {
 inline void spread_powder(SprayPoint& point, float spacing, float rho) {
     const float wider = std::clamp(std::cbrt(0.07f / std::max(rho, 1e-4f)), 1.0f, 2.2f);
     point.puff = 1.9f * spacing * wider;
-    point.powder = point.amount / (wider * wider) * smoothstep(0.48f, 1, 1 / wider);
+    point.powder = point.amount / (wider * wider) * smoothstep(0.46f, 0.75f, 1 / wider);
 }
 
 /// `lone`, 0 to 1: in a dense cloud no grain's way can be told from its neighbours'.
