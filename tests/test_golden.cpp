@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Mean ꟻLIP, on the driver that drew the golden ones. A sun that is 10° off makes 0.039 to 0.135, no shadow 0.014 to
-/// 0.073 in eight of ten. Mesa's softpipe is off by 0.006 to 0.022 and looks the same: llvmpipe filters textures of 8
+/// 0.073 in eight of ten. Mesa's softpipe is off by 0.005 to 0.020 and looks the same: llvmpipe filters textures of 8
 /// bits with 8 bits.
 constexpr double tolerance = 0.01, tolerance_elsewhere = 0.03;
 
