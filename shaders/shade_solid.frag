@@ -48,9 +48,9 @@ void main() {
     vec3 lifted = position + max(1.5 * shadow_texel, 1.2 * spacing * m.soft / snow_wrap) * face;
     // The sun that grazes a face reaches neither side of what rises from it.
     float level = max(dot(face, to_sun), 0.0);
-    float facing = mix(level, dot(m.normal, to_sun), smoothstep(0.0, 0.2, level));
-    facing = max((facing + m.soft * smoothstep(0.0, 0.2, level)) / (1.0 + m.soft), 0.0);
-    float inside = scattering * smoothstep(0.0, 0.2, level) * m.soft / snow_wrap;
+    float uneven = smoothstep(0.0, 0.2, level), facing = mix(level, dot(m.normal, to_sun), uneven);
+    facing = max((facing + m.soft * uneven) / (1.0 + m.soft), 0.0);
+    float inside = scattering * uneven * m.soft / snow_wrap;  // share of light that comes out of snow again
     float seen = sun_visibility(lifted, max(facing, inside), 1.5 * shadow_texel) * spray_transmittance(lifted), direct = facing * seen;
     vec3 sun = seen * mix(vec3(facing), share_let_in(level) * deep, inside);
     float open = open_to_bodies(position, face);
