@@ -2,6 +2,8 @@
 
 #include "render/renderer.h"
 
+#include <algorithm>
+
 namespace firn {
 
 void delete_buffer(GLuint id) { glDeleteBuffers(1, &id); }
@@ -168,6 +170,19 @@ Framebuffer make_framebuffer(const std::string& name, std::initializer_list<cons
 void bind_texture(int unit, GLenum target, const Texture& texture) {
     glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
     glBindTexture(target, texture.id());
+}
+
+void draw_many(GLenum what, GLint first, GLsizei count, GLsizei instances) {
+    const GLsizei portion = std::max((1 << 15) / instances, 1) * 2;  // both ends of a line are in one
+    GLsync before = nullptr;
+    for (GLsizei done = 0; done < count; done += portion) {
+        glDrawArraysInstanced(what, first + done, std::min(portion, count - done), instances);
+        const GLsync drawn = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+        if (before) glClientWaitSync(before, GL_SYNC_FLUSH_COMMANDS_BIT, GL_TIMEOUT_IGNORED);
+        glDeleteSync(before);
+        before = drawn;
+    }
+    glDeleteSync(before);
 }
 
 }  // namespace firn

@@ -68,4 +68,8 @@ Framebuffer make_framebuffer(const std::string& name, std::initializer_list<cons
                              GLenum depth_attachment = GL_DEPTH_ATTACHMENT);
 void bind_texture(int unit, GLenum target, const Texture&);
 
+/// Draws `count` points, or vertices of lines, from `first` on, `instances` times. At most two portions of them
+/// wait at a time: a driver that draws on processors lists on which tiles each of those lies that wait.
+void draw_many(GLenum what, GLint first, GLsizei count, GLsizei instances = 1);
+
 }  // namespace firn

@@ -49,9 +49,7 @@ void Renderer::Passes::draw_spray(const Frame& frame) {
         program->set("focus", frame.focus);
         program->set("edge", static_cast<float>(effort.edge));
         const auto draw = [&](GLenum what, std::size_t first, std::size_t end, int each) {
-            if (end > first)
-                glDrawArraysInstanced(what, static_cast<GLint>(first), static_cast<GLsizei>(end - first),
-                                      each);
+            draw_many(what, static_cast<GLint>(first), static_cast<GLsizei>(end - first), each);
         };
         const SpraySorted::Part &with = frame.spray_with_puffs, &without = frame.spray_without;
         if (program == &puff_program) {

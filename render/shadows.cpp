@@ -22,8 +22,8 @@ void Renderer::Passes::draw_shadows(const Frame& frame) {
         shadow_splat_program.set("texel", frame.shadow.texel);
         shadow_splat_program.set("max_point_size", max_point_size);
         glBindVertexArray(splat_array.id());
-        glDrawArrays(GL_POINTS, 0, frame.near_lit_splats);
-        glDrawArrays(GL_POINTS, frame.far_lit_splats, frame.splats - frame.far_lit_splats);
+        draw_many(GL_POINTS, 0, frame.near_lit_splats);
+        draw_many(GL_POINTS, frame.far_lit_splats, frame.splats - frame.far_lit_splats);
     }
     // Spray between the sun and the first body, its optical depths added up.
     glBindFramebuffer(GL_FRAMEBUFFER, spray_shadow_target.id());
@@ -38,7 +38,7 @@ void Renderer::Passes::draw_shadows(const Frame& frame) {
     shadow_spray_program.set("texel", 2 * frame.shadow.texel);
     shadow_spray_program.set("max_point_size", max_point_size);
     glBindVertexArray(spray_array.id());
-    glDrawArrays(GL_POINTS, 0, frame.spray);
+    draw_many(GL_POINTS, 0, frame.spray);
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
     glDisable(GL_DEPTH_CLAMP);

@@ -61,10 +61,9 @@ void Renderer::Passes::draw_surfaces(const Frame& frame) {
         program->set("grown_from", effort.children_from);
         program->set("grown_to", 2 * effort.children_from);
         if (program == &splat_program)
-            glDrawArrays(GL_POINTS, frame.near_splats, frame.seen_splats - frame.near_splats);
-        else if (frame.near_splats > 0)
-            glDrawArraysInstanced(GL_POINTS, 0, frame.near_splats,
-                                  1 + static_cast<GLsizei>(std::ceil(children)));
+            draw_many(GL_POINTS, frame.near_splats, frame.seen_splats - frame.near_splats);
+        else
+            draw_many(GL_POINTS, 0, frame.near_splats, 1 + static_cast<GLsizei>(std::ceil(children)));
     }
     glBindSampler(unit_relief, 0);
     glDisable(GL_DEPTH_TEST);
