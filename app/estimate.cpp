@@ -40,11 +40,11 @@ Needs needs_of(const LoadedScene& loaded, double particles, double nodes, const 
     const double real = solver.precision == Precision::single ? 4 : 8;
     const double waiting =
         6 * (files.pictures ? 24.0 : 0.0) + 4 * real * files.columns;  // frames in the queues
-    Needs needs{particles, nodes, 0, 0};
+    Needs needs{particles, nodes, files.pictures ? picture_memory(loaded.scene.picture) : 0, 0, 0};
     needs.memory =
         20e6 + particles * (state * 2 + bytes_per_start() + waiting) +  // twice: a checkpoint in the making
         nodes * static_cast<double>(bytes_per_node(solver)) +
-        (files.pictures ? picture_memory(loaded.scene.picture) + particles * 60 : 0);
+        needs.pictures + (files.pictures ? particles * 60 : 0);
     const double frames = files.last_frame - files.first_frame + 1.0;
     needs.disk = particles * state + 700 * frames +
                  frames * (files.pictures ? picture_file(loaded.scene.picture) : 0) +
@@ -59,12 +59,22 @@ static double coarser(double h, double factor) {
     return std::ceil(wanted / digit) * digit;
 }
 
+void require_picture_memory(const Picture& picture, const std::string& path, double rest) {
+    const double memory = usable * static_cast<double>(available_memory()), needed = picture_memory(picture);
+    if (needed > memory - std::min(rest, 0.5 * memory))
+        throw ResourceError(fmt::format(
+            "{}: pictures of {}×{} need about {} of memory, but {} can be used: set picture.width and picture.height to less", path,
+            picture.width, picture.height, bytes_text(needed), bytes_text(memory)));
+}
+
 void require_resources(const LoadedScene& loaded, const Needs& needs, const std::filesystem::path& output) {
     const double memory = usable * static_cast<double>(available_memory());
     const double disk = static_cast<double>(available_disk(output));
     if (needs.memory > memory) {
+        if (needs.pictures > 0) require_picture_memory(loaded.scene.picture, loaded.path, needs.memory - needs.pictures);
         const bool sampled = loaded.files.size() < loaded.scene.bodies.size();
-        const double h = coarser(loaded.scene.grid_spacing, needs.memory / std::max(memory - 2e8, 1e6));
+        const double h = coarser(loaded.scene.grid_spacing,
+                                 (needs.memory - needs.pictures) / std::max(memory - needs.pictures - 2e8, 1e6));
         throw ResourceError(fmt::format(
             "{}: needs about {} of memory for {:.3g} particles and {:.3g} grid nodes, but {} can be used: {}",
             loaded.path, bytes_text(needs.memory), needs.particles, needs.nodes, bytes_text(memory),

@@ -17,6 +17,7 @@ struct RunFiles {
 /// What a run needs [bytes].
 struct Needs {
     double particles = 0, nodes = 0;
+    double pictures = 0;    ///< of memory, whatever the particles.
     double memory = 0;      ///< at the peak.
     double disk = 0;        ///< when all is written; pictures are estimated from their size.
 };
@@ -24,6 +25,10 @@ Needs needs_of(const LoadedScene&, double particles, double nodes, const RunFile
 
 /// Throws ResourceError if memory or the disk of the output folder cannot hold it.
 void require_resources(const LoadedScene&, const Needs&, const std::filesystem::path& output);
+
+/// Throws ResourceError if memory, with so much for all else (of which half counts at most), is too little for drawing
+/// such pictures. `path` is the scene's.
+void require_picture_memory(const Picture&, const std::string& path, double rest);
 
 /// A first look, before anything is sampled: throws ResourceError where the particles alone are too many.
 void require_resources_for_count(const LoadedScene&, const RunFiles&, const std::filesystem::path& output);

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <charconv>
+#include <cmath>
 #include <cstdlib>
 #include <new>
 
@@ -111,7 +112,9 @@ static void add_tools(CLI::App& app, CommandLine& line) {
     compare.add_option("B", line.compare.b, "The other one")->required();
     compare.add_option("--tolerance", line.compare.tolerance,
                        "Channel difference up to which pixels count as equal, 0 to 1 (default: 0)")
-        ->check(CLI::Range(0.0, 1.0))->option_text("T");
+        ->check(CLI::Range(0.0, 1.0))
+        ->check(CLI::Validator([](std::string& s) { return std::isnan(std::stod(s)) ? "is not a number" : ""; }, ""))
+        ->option_text("T");
     compare.add_option("-o,--output", line.compare.heat_map,
                        "Write a heat map (for folders: a folder of them), black equal to white 0.25 apart")
         ->option_text("FILE");
@@ -201,6 +204,27 @@ static int failed(const CommandLine& line, int code, const std::string& message)
     return code;
 }
 
+// What the first word that is no command or option may have meant; empty if all are known.
+static std::string advice_for(const CLI::App& app, const std::vector<std::string>& words) {
+    const auto parsed = app.get_subcommands();
+    if (parsed.empty()) {
+        std::vector<std::string> commands;
+        for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+            commands.push_back(command->get_name());
+        if (words.empty() || words[0].starts_with("-")) return "";
+        return fmt::format("no command {}; allowed: {}{}\n", words[0], join(commands), did_you_mean(words[0], commands));
+    }
+    std::vector<std::string> options;
+    for (const CLI::Option* option : parsed.front()->get_options())
+        for (const std::string& name : option->get_lnames()) options.push_back("--" + name);
+    for (const std::string& word : words) {
+        const std::string name = word.substr(0, word.find('='));
+        if (name.starts_with("--") && std::find(options.begin(), options.end(), name) == options.end())
+            return fmt::format("{} has no option {}{}\n", parsed.front()->get_name(), name, did_you_mean(name, options));
+    }
+    return "";
+}
+
 static int run_program(int argc, char** argv, CommandLine& line) {
     CLI::App app{"firn: snow by the material point method, from a YAML scene to pictures", "firn"};
     describe_commands(app, line);
@@ -208,7 +232,7 @@ static int run_program(int argc, char** argv, CommandLine& line) {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
         if (e.get_exit_code() != 0)
-            return failed(line, 2, fmt::format("{}\nRun firn --help for help.", e.what()));
+            return failed(line, 2, fmt::format("{}{}\nRun firn --help for help.", advice_for(app, {argv + 1, argv + argc}), e.what()));
         std::ostringstream text;
         app.exit(e, text, text);
         print_result(text.str());

@@ -21,15 +21,17 @@ static void require(bool there, const char* what) {
             fmt::format("has no {}, which picture.colour shows; write them with --state full", what));
 }
 
-// The body that each particle belongs to; all to the first where the numbers do not fit the particles, or the
-// scene has fewer bodies than made them.
+// The body that each particle belongs to.
 static std::vector<std::size_t> bodies_of(std::size_t count, const std::vector<std::size_t>& bodies,
                                           std::size_t scene_bodies) {
     std::vector<std::size_t> result;
-    for (std::size_t b = 0; b < bodies.size(); ++b)
-        if (bodies[b] <= count - result.size()) result.insert(result.end(), bodies[b], b);
-        else return std::vector<std::size_t>(count);
-    if (result.size() != count || bodies.size() > scene_bodies) result.assign(count, 0);
+    if (scene_bodies == 1) result.assign(count, 0);
+    else if (bodies.size() == scene_bodies)
+        for (std::size_t b = 0; b < bodies.size() && bodies[b] <= count - result.size(); ++b)
+            result.insert(result.end(), bodies[b], b);
+    if (result.size() != count)
+        throw PlyError("tells not of which body a particle is, which picture.colour shows; run.json does, where it is of "
+                       "these particles and of a scene of as many bodies");
     return result;
 }
 
@@ -51,7 +53,8 @@ std::vector<double> particle_values(const PlyParticles& p, const Scene& scene,
     if (colour == Colour::density || colour == Colour::stress) require(p.Fe.size() == n, "Fe_00 to Fe_22");
     if (colour == Colour::density) require(p.mass.size() == n && p.volume.size() == n, "mass and volume");
 
-    const auto body = bodies_of(n, bodies, scene.bodies.size());
+    std::vector<std::size_t> body;
+    if (colour == Colour::stress || colour == Colour::body) body = bodies_of(n, bodies, scene.bodies.size());
     std::vector<double> values(n);
     for (std::size_t i = 0; i < n; ++i) switch (colour) {
             case Colour::speed: values[i] = p.v[i].norm(); break;
@@ -100,7 +103,11 @@ ColourRange colour_range(const std::vector<double>& values, const Picture& pictu
     } else if (high > 0) {
         range = {0, round_up(high)};
     }
-    return {picture.colour_min.value_or(range.low), picture.colour_max.value_or(range.high)};
+    const double span = range.high - range.low;
+    range = {picture.colour_min.value_or(range.low), picture.colour_max.value_or(range.high)};
+    if (range.low >= range.high && !picture.colour_max) range.high = range.low + span;  // beyond all values
+    if (range.low >= range.high && !picture.colour_min) range.low = range.high - span;
+    return range;
 }
 
 }  // namespace firn

@@ -9,7 +9,8 @@ namespace firn {
 bool needs_full_state(Colour);
 
 /// What the scene's `picture.colour` shows, for each particle, in SI units; none for snow's own colour.
-/// `bodies`: the number of each body's particles, in order. Throws PlyError that names what is missing.
+/// `bodies`: the number of each body's particles, in order; body and stress need them
+/// where there are several. Throws PlyError that names what is missing.
 ///   density ρ = m / (V⁰ J_E J_P), compression J_P, stress √(3/2) |dev σ| with σ = P F_Eᵀ / J_E.
 std::vector<double> particle_values(const PlyParticles&, const Scene&, const std::vector<std::size_t>& bodies);
 

@@ -1,9 +1,10 @@
 #include "app/commands.h"
+#include "app/estimate.h"
 #include "app/files.h"
 #include "app/interrupt.h"
 #include "app/particle_frames.h"
+#include "app/resume.h"
 #include "app/video.h"
-#include "render/png.h"
 
 #include <fmt/format.h>
 #include <omp.h>
@@ -15,7 +16,7 @@ namespace firn {
 namespace fs = std::filesystem;
 
 // What is drawn, and from where.
-struct Drawing {
+struct RunToDraw {
     Scene scene;
     RunRecord record;
     OutputFolder folder;
@@ -30,7 +31,7 @@ static std::optional<RunRecord> read_run(const OutputFolder& folder) {
     }
 }
 
-static Drawing drawing_of_folder(const RunOptions& options) {
+static RunToDraw drawing_of_folder(const RunOptions& options) {
     if (!options.output.empty() || !options.overrides.preset.empty() || !options.overrides.settings.empty())
         throw UsageError(
             "-o, --preset and --set go with a scene; to draw a folder differently: firn render SCENE.yaml -o "
@@ -53,7 +54,7 @@ static std::vector<std::string> unfollowed(const nlohmann::ordered_json& made,
     return keys;
 }
 
-static Drawing drawing_of_scene(const RunOptions& options, Progress& progress) {
+static RunToDraw drawing_of_scene(const RunOptions& options, Progress& progress) {
     const LoadedScene loaded = load_scene(options.scene, options.overrides);
     const OutputFolder folder{options.output.empty() ? fs::path("out") / loaded.name
                                                      : fs::path(options.output)};
@@ -69,7 +70,8 @@ static Drawing drawing_of_scene(const RunOptions& options, Progress& progress) {
     return {loaded.scene, record, folder};
 }
 
-static std::vector<int> frames_to_draw(const RunOptions& options, const OutputFolder& folder) {
+static std::vector<int> frames_to_draw(const RunOptions& options, const OutputFolder& folder,
+                                       const std::string& scene_hash) {
     std::vector<int> frames = folder.particles_there();
     if (frames.empty())
         throw UsageError(fmt::format("no particles in {}; firn simulate makes them",
@@ -87,11 +89,11 @@ static std::vector<int> frames_to_draw(const RunOptions& options, const OutputFo
             fmt::format("{} holds pictures: draw what is missing with --resume, or all with --overwrite",
                         (folder.path / "frames").string()));
     if (options.resume)
-        std::erase_if(frames, [&](int f) { return is_whole_png(folder.picture(f).string()); });
+        std::erase_if(frames, [&](int f) { return has_picture(folder, f, scene_hash); });
     return frames;
 }
 
-static void draw(Pipeline& pipeline, Drawing& drawing, const std::vector<int>& frames, Progress& progress) {
+static void draw(Pipeline& pipeline, RunToDraw& drawing, const std::vector<int>& frames, Progress& progress) {
     for (std::size_t i = 0; i < frames.size() && !interrupted(); ++i) {
         FrameRecord record = drawing.record.frame(frames[i]);
         record.time = frames[i] / drawing.scene.fps;
@@ -106,15 +108,16 @@ int render_command(const RunOptions& options) {
     catch_interrupts();
     Progress progress(options.progress);
     if (!options.video.empty()) require_ffmpeg();
-    Drawing drawing =
+    RunToDraw drawing =
         fs::is_directory(options.scene) ? drawing_of_folder(options) : drawing_of_scene(options, progress);
     if (!fs::is_directory(drawing.folder.path))
         throw UsageError(
             fmt::format("no folder {}; firn simulate makes particles to draw", drawing.folder.path.string()));
     const FolderLock lock(drawing.folder.path);
-    const auto frames = frames_to_draw(options, drawing.folder);
+    const auto frames = frames_to_draw(options, drawing.folder, drawing.record.scene_hash);
     const auto all = drawing.folder.particles_there();
 
+    require_picture_memory(drawing.scene.picture, options.scene, 0);
     Pipeline pipeline(drawing.scene, drawing.folder, drawing.record, true);
     make_folder(drawing.folder.path / "frames");
     drawing.folder.remove_unfinished();

@@ -25,8 +25,7 @@ static void check_same_scene(const Checkpoint& checkpoint, const LoadedScene& lo
                                  keys.empty() ? "its particle files" : join(keys), advice));
 }
 
-// Whether the file is this frame's picture, to its last byte.
-static bool has_picture(const OutputFolder& folder, int frame, const std::string& hash) {
+bool has_picture(const OutputFolder& folder, int frame, const std::string& hash) {
     if (!is_whole_png(folder.picture(frame).string())) return false;
     const std::string bytes = read_file(folder.picture(frame), SIZE_MAX);
     const auto texts = png_texts({bytes.begin(), bytes.end()});

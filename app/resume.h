@@ -21,6 +21,9 @@ struct Resumption {
     std::vector<std::string> notes;     ///< for the user.
 };
 
+/// Whether the folder holds this frame's picture, to its last byte, as the scene of that hash has it.
+bool has_picture(const OutputFolder&, int frame, const std::string& scene_hash);
+
 /// Reads the newest checkpoint and looks at the files of the frames before it. Throws UsageError if it is of
 /// another scene or if files are missing that cannot be made again, FileError if it is damaged.
 Resumption resume(const LoadedScene&, const OutputFolder&, const RunOptions&, const FrameRange&);

@@ -21,6 +21,9 @@ static std::string fault(const Capsule& c) { return c.from == c.to ? "from and t
 static std::string fault(const Lumps& l) {
     return l.seam < l.core ? "seam is less than core: lumps would be weaker than what holds them together" : "";
 }
+static std::string fault(const Picture& p) {
+    return p.colour_min && p.colour_max && *p.colour_min >= *p.colour_max ? "colour_min must be less than colour_max" : "";
+}
 static std::string fault(const Camera& c) {
     for (std::size_t i = 0; i < c.keyframes.size(); ++i) {
         if (c.keyframes[i].eye == c.keyframes[i].target) return "a keyframe's eye and target are the same point";

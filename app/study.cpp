@@ -60,19 +60,19 @@ static int trade_study(const StudyOptions& options, const LoadedScene& loaded, c
 }
 
 static int stability_study(const StudyOptions& options, const LoadedScene& loaded, const ParticleSet& start, const fs::path& folder) {
-    std::vector<std::vector<Field>> maps[2];
+    std::vector<std::vector<MapField>> maps[2];
     std::string says;
     for (const bool stiffness : {true, false})
         for (const auto& choice : choices(Integrator{})) {
             maps[stiffness].push_back(stability_fields(loaded, start, choice.value, stiffness));
             if (interrupted()) return 128 + interrupted();
             const auto& fields = maps[stiffness].back();
-            const auto number = [&](Field::Verdict v) {
-                return std::count_if(fields.begin(), fields.end(), [v](const Field& f) { return f.verdict == v; });
+            const auto number = [&](MapField::Verdict v) {
+                return std::count_if(fields.begin(), fields.end(), [v](const MapField& f) { return f.verdict == v; });
             };
             const std::string line = fmt::format("{} against {}: {} stable, {} lossy, {} failed\n", choice.name,
-                                                 stiffness ? "stiffness" : "speed", number(Field::Verdict::stable),
-                                                 number(Field::Verdict::lossy), number(Field::Verdict::failed));
+                                                 stiffness ? "stiffness" : "speed", number(MapField::Verdict::stable),
+                                                 number(MapField::Verdict::lossy), number(MapField::Verdict::failed));
             if (!options.quiet) tell(line);
             says += line;
         }

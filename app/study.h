@@ -55,7 +55,7 @@ std::string write_study(const std::filesystem::path& folder, const LoadedScene&,
                         const Trial& reference, const std::vector<Trial>& trials);
 
 /// One field of a stability map.
-struct Field {
+struct MapField {
     enum class Verdict { stable, lossy, failed } verdict;
     Trial trial;
     double dt, along;               ///< Δt [s], and Young's modulus [Pa] or speed [m/s].
@@ -66,11 +66,11 @@ struct Field {
 double explicit_limit(const Setup&);
 
 /// Every Δt against every stiffness or speed, for one integrator. The trials' scene is run to its end.
-std::vector<Field> stability_fields(const LoadedScene&, const ParticleSet& start, Integrator, bool stiffness);
+std::vector<MapField> stability_fields(const LoadedScene&, const ParticleSet& start, Integrator, bool stiffness);
 
 /// stability.csv, and the maps as .svg and .png.
-void write_stability(const std::filesystem::path& folder, const LoadedScene&, const std::vector<std::vector<Field>>& by_stiffness,
-                     const std::vector<std::vector<Field>>& by_speed);
+void write_stability(const std::filesystem::path& folder, const LoadedScene&, const std::vector<std::vector<MapField>>& by_stiffness,
+                     const std::vector<std::vector<MapField>>& by_speed);
 
 /// A drawing as NAME.svg and NAME.png.
 struct Drawing;

@@ -11,7 +11,7 @@
 
 namespace firn {
 
-using Verdict = Field::Verdict;
+using Verdict = MapField::Verdict;
 
 // A scene of T seconds is run with T/4 … T/512 a step.
 constexpr int coarsest = 2, finest = 9;
@@ -39,10 +39,10 @@ static double speed_of(const ParticleSet& start) {
 }
 
 // What is stable in the row of one stiffness or speed: the trial with the smallest Δt is the measure.
-static void judge(std::vector<Field>& row) {
+static void judge(std::vector<MapField>& row) {
     const auto lost = [](const Trial& t) { return -t.energy / std::max(t.energy_scale, 1e-300); };
-    const auto best = std::min_element(row.begin(), row.end(), [](const Field& a, const Field& b) { return a.dt < b.dt; });
-    for (Field& f : row) {
+    const auto best = std::min_element(row.begin(), row.end(), [](const MapField& a, const MapField& b) { return a.dt < b.dt; });
+    for (MapField& f : row) {
         const Trial& t = f.trial;
         const bool failed = !t.failure.empty() || t.rejected > 0 || t.energy_made > made_too_much * t.energy_scale;
         const bool measure = best->trial.failure.empty();
@@ -52,10 +52,10 @@ static void judge(std::vector<Field>& row) {
     }
 }
 
-std::vector<Field> stability_fields(const LoadedScene& loaded, const ParticleSet& start, Integrator integrator, bool stiffness) {
+std::vector<MapField> stability_fields(const LoadedScene& loaded, const ParticleSet& start, Integrator integrator, bool stiffness) {
     const Scene& scene = loaded.scene;
     const Span span{1, 1 / duration_of(scene), 10};
-    std::vector<Field> all;
+    std::vector<MapField> all;
     const std::vector<double> factors = stiffness ? std::vector<double>(std::begin(stiffness_factors), std::end(stiffness_factors))
                                                   : std::vector<double>(std::begin(speed_factors), std::end(speed_factors));
     for (const double factor : factors) {
@@ -65,7 +65,7 @@ std::vector<Field> stability_fields(const LoadedScene& loaded, const ParticleSet
         if (stiffness) for (Snow& snow : setup.materials) snow.E *= factor;
         else for (Vec3d& v : particles.v) v *= factor;
         const double along = stiffness ? setup.materials.front().E : factor * speed_of(start);
-        std::vector<Field> row;
+        std::vector<MapField> row;
         for (int k = coarsest; k <= finest && !interrupted(); ++k) {
             setup.solver.dt = duration_of(scene) / (1 << k);
             row.push_back({Verdict::stable, {}, *setup.solver.dt, along});
@@ -84,14 +84,14 @@ static Color color_of(Verdict v) {
     return v == Verdict::stable ? Color{178, 216, 178} : v == Verdict::lossy ? Color{250, 225, 150} : Color{232, 160, 150};
 }
 // Half the distance to the neighbours in the sweep, as a factor.
-static double half_step(const std::vector<Field>& fields) {
+static double half_step(const std::vector<MapField>& fields) {
     double next = 1e300, least = 1e300;
-    for (const Field& f : fields) least = std::min(least, f.along);
-    for (const Field& f : fields) if (f.along > least) next = std::min(next, f.along);
+    for (const MapField& f : fields) least = std::min(least, f.along);
+    for (const MapField& f : fields) if (f.along > least) next = std::min(next, f.along);
     return next < 1e300 ? std::sqrt(next / least) : 2;
 }
 
-static Chart map_of(const std::vector<Field>& fields, const LoadedScene& loaded, bool stiffness) {
+static Chart map_of(const std::vector<MapField>& fields, const LoadedScene& loaded, bool stiffness) {
     Chart chart;
     chart.title = std::string(name_of(fields.front().trial.setup.solver.integrator)) + ": " + loaded.scene.title;
     chart.x_label = stiffness ? "Young's modulus E [Pa]" : "speed at the start [m/s]";
@@ -99,13 +99,13 @@ static Chart map_of(const std::vector<Field>& fields, const LoadedScene& loaded,
     chart.width = 600;
     const double side = half_step(fields), up = std::sqrt(2.0);
     double low = 1e300, high = 0, first = 1e300, last = 0;
-    for (const Field& f : fields) {
+    for (const MapField& f : fields) {
         chart.tiles.push_back({f.along / side, f.along * side, f.dt / up, f.dt * up, color_of(f.verdict)});
         low = std::min(low, f.dt / up), high = std::max(high, f.dt * up);
         first = std::min(first, f.along / side), last = std::max(last, f.along * side);
     }
     // Where theory has the limits, as far as the map reaches.
-    const Field& any = fields.front();
+    const MapField& any = fields.front();
     Chart::Series sound{"explicit limit", {}, {20, 20, 20}, true, false, false};
     Chart::Series flow{stiffness ? "" : "h/v", {}, {20, 20, 160}, true, false, true};
     for (int i = 0; i <= 200; ++i) {
@@ -121,10 +121,10 @@ static Chart map_of(const std::vector<Field>& fields, const LoadedScene& loaded,
     return chart;
 }
 
-static std::string csv_of(const std::vector<std::vector<Field>>& maps, const char* along) {
+static std::string csv_of(const std::vector<std::vector<MapField>>& maps, const char* along) {
     std::string text;
     for (const auto& fields : maps)
-        for (const Field& f : fields) {
+        for (const MapField& f : fields) {
             const Trial& t = f.trial;
             const double scale = std::max(t.energy_scale, 1e-300);
             text += fmt::format("{},{},{:.6g},{:.6g},{:.6g},{},{},{},{:.6g},{:.6g}\n", name_of(t.setup.solver.integrator), along,
@@ -135,7 +135,7 @@ static std::string csv_of(const std::vector<std::vector<Field>>& maps, const cha
 }
 
 void write_stability(const std::filesystem::path& folder, const LoadedScene& loaded,
-                     const std::vector<std::vector<Field>>& by_stiffness, const std::vector<std::vector<Field>>& by_speed) {
+                     const std::vector<std::vector<MapField>>& by_stiffness, const std::vector<std::vector<MapField>>& by_speed) {
     write_file(folder / "stability.csv",
                {"integrator,along,value,dt,explicit_limit,verdict,steps,rejected,energy_change,energy_made\n" +
                 csv_of(by_stiffness, "E") + csv_of(by_speed, "speed")});

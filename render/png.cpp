@@ -124,9 +124,14 @@ Image decode(const Bytes& bytes) {
 
     int w = 0, h = 0, channels = 0;
     const std::unique_ptr<stbi_uc, decltype(&std::free)> pixels(
-        stbi_load_from_memory(bytes.data(), static_cast<int>(bytes.size()), &w, &h, &channels, 3), std::free);
+        stbi_load_from_memory(bytes.data(), static_cast<int>(bytes.size()), &w, &h, &channels, 4), std::free);
     if (!pixels) throw std::runtime_error(std::string("cannot be decoded: ") + stbi_failure_reason());
-    return {w, h, Bytes(pixels.get(), pixels.get() + 3 * width * height)};
+    Image image{w, h, Bytes(3 * width * height)};
+    for (std::size_t i = 0; i < width * height; ++i) {
+        if (pixels.get()[4 * i + 3] != 255) throw std::runtime_error("lets through what is behind it: no picture of its own");
+        std::copy_n(&pixels.get()[4 * i], 3, &image.pixels[3 * i]);
+    }
+    return image;
 }
 
 }  // namespace

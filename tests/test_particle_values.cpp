@@ -69,19 +69,21 @@ TEST_CASE("A colour names what the particles have not", "[colour]") {
                       Catch::Contains("has no mass and volume") && Catch::Contains("--state full"));
 }
 
-TEST_CASE("Numbers of particles that do not fit the scene leave all particles to the first body",
-          "[colour]") {
+TEST_CASE("Numbers of particles that do not fit the scene are refused where a body or its material is shown", "[colour]") {
     const PlyParticles p = at_rest(3);
     const auto bodies = [&](const std::vector<std::size_t>& counts, const char* colour = "body") {
         return particle_values(p, scene_that_shows(colour), counts);
     };
-    const std::vector<double> first(3, 0.0);
     CHECK(bodies({2, 1}) == std::vector<double>{0, 0, 1});
-    CHECK(bodies({}) == first);
-    CHECK(bodies({2, 2}) == first);
-    CHECK(bodies({std::size_t(-1), 4}) == first);
-    CHECK(bodies({1, 1, 1}) == first);  // the scene has two
-    CHECK(bodies({1, 1, 1}, "stress").size() == 3);
+    const std::size_t huge = -1;
+    for (const auto& counts : std::vector<std::vector<std::size_t>>{{}, {3}, {1, 1}, {2, 2}, {huge, 4}, {1, 1, 1}}) {
+        CHECK_THROWS_WITH(bodies(counts), Catch::Contains("of which body") && Catch::Contains("run.json"));
+        CHECK_THROWS_WITH(bodies(counts, "stress"), Catch::Contains("run.json"));
+        CHECK(bodies(counts, "speed").size() == 3);
+    }
+    Scene one = scene_that_shows("body");
+    one.bodies.resize(1);
+    CHECK(particle_values(p, one, {}) == std::vector<double>(3, 0.0));
 }
 
 TEST_CASE("A colour map's ends are round and hold all but outliers, or are as given", "[colour]") {
@@ -93,6 +95,12 @@ TEST_CASE("A colour map's ends are round and hold all but outliers, or are as gi
     CHECK(colour_range(values, picture).high == 5);
     picture.colour_min = -1, picture.colour_max = 4;
     CHECK(colour_range(values, picture).share(1.5) == 0.5);
+    picture.colour_min = 7, picture.colour_max = {};  // beyond all values: the scale goes up, as long as it was
+    CHECK(colour_range(values, picture).low == 7);
+    CHECK(colour_range(values, picture).high == 12);
+    picture.colour_min = {}, picture.colour_max = -2;
+    CHECK(colour_range(values, picture).low == -7);
+    CHECK(colour_range(values, picture).high == -2);
     picture = {}, picture.colour = Colour::compression;
     const ColourRange around = colour_range({0.93, 1.0, 1.01}, picture);
     CHECK(around.share(1) == Approx(0.5));

@@ -50,6 +50,7 @@ TEST_CASE("Help and version are results, wrong usage is not", "[program]") {
                                                       {"check"},
                                                       {"compare", "a"},
                                                       {"compare", "a", "b", "--tolerance", "-1"},
+                                                      {"compare", "a", "b", "--tolerance", "nan"},
                                                       {"scenes", "no_such"},
                                                       {"bench", "--rounds", "0"},
                                                       {"bench", "--pictures", "--yardstick", "true"},
@@ -62,6 +63,11 @@ TEST_CASE("Help and version are results, wrong usage is not", "[program]") {
         CHECK(outcome.out == "");
         CHECK(outcome.err != "");
     }
+}
+
+TEST_CASE("a wrong word is named, with the nearest right one", "[program]") {
+    CHECK_THAT(run_firn({"runn", "a"}).err, Contains("runn") && Contains("did you mean run?"));
+    CHECK_THAT(run_firn({"run", "a", "--overwite"}).err, Contains("--overwite") && Contains("did you mean --overwrite?"));
 }
 
 TEST_CASE("bench measures every case, and compares with another program", "[program]") {

@@ -125,6 +125,8 @@ TEST_CASE("simulate needs no OpenGL, and render draws from it what run draws", "
           bytes_of_file(folder / "run/frames/frame_0003.png"));
     CHECK(bytes_of_file(out + "/frames/frame_0004.png") ==
           bytes_of_file(folder / "run/frames/frame_0004.png"));
+    CHECK(run_firn({"render", ball, "-o", out, "--resume"}).code == 0);  // pictures of another scene are not kept
+    CHECK(same_files(folder / "run", out));
     fs::resize_file(out + "/particles/frame_0002.ply", 500);
     const Outcome torn = run_firn({"render", out, "--overwrite"});
     CHECK(torn.code == 2);

@@ -79,19 +79,19 @@ TEST_CASE("Explicit steps end where theory says, semi-implicit ones beyond", "[s
     ParticleSet start = make_particles(loaded, 0.1).particles;
     for (Mat3d& F : start.Fe) F = Vec3d(1.002, 1, 1.001).asDiagonal();
     int below = 0, above = 0;
-    for (const Field& f : stability_fields(loaded, start, Integrator::explicit_euler, true)) {
+    for (const MapField& f : stability_fields(loaded, start, Integrator::explicit_euler, true)) {
         const double limit = explicit_limit(f.trial.setup);
         CAPTURE(f.along, f.dt, limit, f.trial.failure, f.trial.energy_made, f.trial.energy_scale, f.trial.rejected, f.trial.steps);
         // Nodes at a free surface carry less mass than the chain's: the limit is below it by up to two there.
-        if (f.dt < 0.5 * limit) { ++below; CHECK(f.verdict != Field::Verdict::failed); }
+        if (f.dt < 0.5 * limit) { ++below; CHECK(f.verdict != MapField::Verdict::failed); }
         // Beyond it the energy grows by a factor each step; it needs some steps to be seen.
-        if (f.dt > 2 * limit && 1 / (8 * f.dt) > 8) { ++above; CHECK(f.verdict == Field::Verdict::failed); }
+        if (f.dt > 2 * limit && 1 / (8 * f.dt) > 8) { ++above; CHECK(f.verdict == MapField::Verdict::failed); }
     }
     CHECK(below > 10);
     CHECK(above > 5);
-    for (const Field& f : stability_fields(loaded, start, Integrator::semi_implicit, true))
+    for (const MapField& f : stability_fields(loaded, start, Integrator::semi_implicit, true))
         if (f.dt < 4 * explicit_limit(f.trial.setup)) {
             CAPTURE(f.along, f.dt, f.trial.failure, f.trial.energy_made, f.trial.energy_scale, f.trial.rejected, f.trial.unconverged);
-            CHECK(f.verdict != Field::Verdict::failed);
+            CHECK(f.verdict != MapField::Verdict::failed);
         }
 }
