@@ -40,9 +40,10 @@ State interpolated(const std::vector<CameraKey>& keys, double time) {
            (-2 * t3 + 3 * t2) * state_of(keys[i + 1]) + (t3 - t2) * length * slope_at(keys, i + 1);
 }
 
-}  // namespace
+Vec3d forward_of(const Camera& camera) { return (camera.target - camera.eye).normalized(); }
 
-Camera camera_at(const Camera& camera, double time) {
+/// But for its top.
+Camera moved(const Camera& camera, double time) {
     Camera now = camera;
     now.keyframes.clear();
     now.orbit = 0;
@@ -52,6 +53,29 @@ Camera camera_at(const Camera& camera, double time) {
     }
     const double angle = camera.orbit * time * std::numbers::pi / 180;
     now.eye = now.target + Eigen::AngleAxisd(angle, Vec3d::UnitY()) * (now.eye - now.target);
+    if (camera.orbit != 0) now.top = Eigen::AngleAxisd(angle, Vec3d::UnitY()) * usual_top(forward_of(now));
+    return now;
+}
+
+/// The nearest time that tells, by steps that double; before rather than after.
+std::optional<Vec3d> top_about(const Camera& camera, double time) {
+    for (double away = 1.0 / 1024; away < 1024; away *= 2)
+        for (const double then : {time - away, time + away})
+            if (const Vec3d forward = forward_of(moved(camera, then)); !is_vertical(forward))
+                return Vec3d(-forward.y() * forward.x(), 0, -forward.y() * forward.z()).normalized();
+    return {};
+}
+
+}  // namespace
+
+bool is_vertical(const Vec3d& forward) { return std::abs(forward.y()) >= 0.99999; }
+
+Vec3d usual_top(const Vec3d& forward) { return {0, 0, forward.y() > 0 ? 1.0 : -1.0}; }
+
+Camera camera_at(const Camera& camera, double time) {
+    Camera now = moved(camera, time);
+    if (!camera.keyframes.empty() && is_vertical(forward_of(now)))
+        if (const auto top = top_about(camera, time)) now.top = top;
     return now;
 }
 

@@ -7,8 +7,8 @@
 
 namespace firn {
 
-/// Writes lines of text into the upper left corner, in an embedded 5×7 font, as large as the picture allows.
-/// ASCII letters, digits and the usual signs; anything else is a blank.
+/// Writes lines of text into the upper left corner, in stb_easy_font's letters, as large as the picture allows;
+/// what they lack as printable() puts it.
 void draw_text(Image&, const std::vector<std::string>& lines);
 
 /// Draws a colour map's scale along the right edge, with values at five even steps and its title.

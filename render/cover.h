@@ -38,7 +38,7 @@ class HiddenCells {
 public:
     HiddenCells(const Density&, const Density& soft, const Cover&, const Eigen::Vector3f& eye,
                 const Eigen::Vector3f& to_sun);
-    bool is_enclosed(std::size_t cell) const { return cells_[cell] & enclosed; }
+    bool is_enclosed(std::size_t cell) { return known(cell) & enclosed; }
     /// What is known of a cell: it may have to be asked for what hides it from the eye.
     std::uint8_t known(std::size_t cell) { return at(cell).load(std::memory_order_relaxed); }
     std::uint8_t ask(std::size_t cell);

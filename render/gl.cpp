@@ -162,6 +162,7 @@ Framebuffer make_framebuffer(const std::string& name, std::initializer_list<cons
     }
     if (depth) glFramebufferTexture2D(GL_FRAMEBUFFER, depth_attachment, GL_TEXTURE_2D, depth->id(), 0);
     glDrawBuffers(count, targets);
+    if (count == 0) glReadBuffer(GL_NONE);  // 3.3 calls it incomplete otherwise
     if (const GLenum status = glCheckFramebufferStatus(GL_FRAMEBUFFER); status != GL_FRAMEBUFFER_COMPLETE)
         throw GLError("this OpenGL cannot draw into " + name + ": " + framebuffer_error(status));
     return framebuffer;

@@ -1,6 +1,7 @@
 #include "render/gl_limits.h"
 
 #include "render/density.h"
+#include "render/renderer.h"
 
 #include <epoxy/gl.h>
 
@@ -50,13 +51,13 @@ std::string missing_in(const GLLimits& limits) {
         {"GL_MAX_3D_TEXTURE_SIZE", double(limits.texture_3d_size), longest_edge, "the light in snow"},
         {"GL_MAX_TEXTURE_IMAGE_UNITS", double(limits.texture_units), 14, "shading"},
         {"GL_MAX_VERTEX_TEXTURE_IMAGE_UNITS", double(limits.vertex_texture_units), 5, "spray"},
-        {"GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS", double(limits.combined_texture_units), 19, "shading"},
+        {"GL_MAX_COMBINED_TEXTURE_IMAGE_UNITS", double(limits.combined_texture_units), 15, "shading"},
         {"GL_MAX_COLOR_ATTACHMENTS or GL_MAX_DRAW_BUFFERS", double(limits.colour_attachments), 3, "surfaces"},
         {"GL_MAX_DUAL_SOURCE_DRAW_BUFFERS", double(limits.dual_source_draw_buffers), 1, "glass"},
         {"GL_MAX_VERTEX_UNIFORM_COMPONENTS", double(limits.vertex_uniforms), 256, "spray"},
         {"GL_MAX_FRAGMENT_UNIFORM_COMPONENTS", double(limits.fragment_uniforms), 512, "shading"},
         {"GL_MAX_VARYING_COMPONENTS", double(limits.varyings), 32, "spray"},
-        {"GL_MAX_VERTEX_ATTRIBS", double(limits.vertex_attributes), 5, "spray"},
+        {"GL_MAX_VERTEX_ATTRIBS", double(limits.vertex_attributes), 8, "spray"},
         {"GL_POINT_SIZE_RANGE", limits.point_size, 60, "splats that are near"},
     };
     std::string missing;
@@ -65,6 +66,13 @@ std::string missing_in(const GLLimits& limits) {
             missing += "\n  " + std::string(need.name) + " is " + std::to_string(int(need.there)) + ", and " +
                        std::to_string(int(need.needed)) + " are needed for " + need.purpose;
     return missing;
+}
+
+GLLimits sufficient_limits(const std::string& opengl) {
+    const GLLimits limits = gl_limits();
+    if (const std::string missing = missing_in(limits); !missing.empty())
+        throw GLError("this OpenGL (" + opengl + ") can do too little:" + missing);
+    return limits;
 }
 
 }  // namespace firn

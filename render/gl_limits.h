@@ -22,4 +22,7 @@ GLLimits gl_limits();
 /// where nothing is missing. The size of the picture is not in it.
 std::string missing_in(const GLLimits&);
 
+/// Of the context that is current, which is called so. Throws GLError by the names of what is missing.
+GLLimits sufficient_limits(const std::string& opengl);
+
 }  // namespace firn

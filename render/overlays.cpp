@@ -20,6 +20,7 @@ void Renderer::Passes::draw_glass(const Frame& frame) {
         glDrawArrays(GL_TRIANGLES, plate.first, plate.count);
     }
     glDisable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ZERO);  // two sources would keep the lens from drawing into two textures
     glDisable(GL_CULL_FACE);
     glDepthMask(GL_TRUE);
     glDisable(GL_DEPTH_TEST);

@@ -30,6 +30,9 @@ void Renderer::Passes::set_light(const Program& program, const Frame& frame) con
     program.set("shadow_reach", frame.shadow.texel * static_cast<float>(effort.shadow_size / bounds_across));
     program.set("shadow_search", effort.shadow_search);
     program.set("shadow_taps", effort.shadow_taps);
+    program.set("shadow_far", unit_shadow_far);
+    program.set("far_matrix", frame.far_shadow.value_or(frame.shadow).matrix);
+    program.set("far_texel", frame.far_shadow ? frame.far_shadow->texel : 0.0f);
     program.set("to_sun", frame.to_sun);
     program.set("sun_light", frame.light.sun);
     program.set("sky_light", frame.light.sky);

@@ -1,6 +1,7 @@
 #pragma once
 #include "render/effort.h"
 #include "render/egl_context.h"
+#include "render/gl_limits.h"
 #include "render/light.h"
 #include "render/meshes.h"
 #include "render/program.h"
@@ -13,6 +14,7 @@
 #include <array>
 #include <future>
 #include <map>
+#include <optional>
 
 namespace firn {
 
@@ -42,6 +44,9 @@ struct GlassPlate {
     float thickness;                 ///< [m]
 };
 
+/// That hide the sky and are mirrored: a scene's first.
+inline constexpr int max_bodies = 16;
+
 /// Distances to bodies, as shaders/bodies.glsl wants them.
 struct BodyDistances {
     std::vector<Eigen::Vector4f> a, b, colour;
@@ -59,7 +64,8 @@ struct VolumeCells {
 /// Everything of one picture that the passes share.
 struct Frame {
     View view;
-    ShadowView shadow;
+    ShadowView shadow;                           ///< of the snow and the bodies about it,
+    std::optional<ShadowView> far_shadow;        ///< and of all bodies, if some are farther off.
     Eigen::Vector3f to_sun;
     SkyLight light;
     Eigen::Vector4f snow_ground;                 ///< n and -n·p of a ground of snow; of none, all is far over it.
@@ -85,7 +91,7 @@ struct Frame {
 enum Unit {
     unit_depths, unit_surface, unit_shadow_all, unit_shadow_bodies, unit_snow_outward, unit_snow_light,
     unit_relief, unit_spray_shadow, unit_wide_depths, unit_shadow_depths, unit_raw_depths,
-    unit_values, unit_palette, unit_shadow_bounds
+    unit_values, unit_palette, unit_shadow_bounds, unit_shadow_far
 };
 
 /// The passes of a picture, in the order in which they run, and the OpenGL objects that they keep.
@@ -101,11 +107,11 @@ struct Renderer::Passes {
     void draw_surfaces(const Frame&);
     void smooth_depth(const Frame&);
     void shade(const Frame&);
-    void draw_glass(const Frame&);
-    void draw_spray(const Frame&);
     void draw_nodes(const Frame&);
+    void draw_glass(const Frame&);
     void make_lens(const Eigen::Vector2i& samples);
     void blur_by_lens(const Frame&, int moment);
+    void draw_spray(const Frame&);
     void expose(int moments, bool first);
     void develop();
     Image read_back();
@@ -119,11 +125,12 @@ struct Renderer::Passes {
     void set_bodies(const Program&, const BodyDistances&) const;
 
     EglContext context;  // first: it must outlive the rest
+    GLLimits limits = sufficient_limits(context.description());  // before any shader is compiled
+    float max_point_size = std::min(limits.point_size, 255.0f);  ///< [samples]; the same picture wherever more is possible.
     Picture picture;
     Effort effort;
     int margin = 0;  ///< [samples]
     Eigen::Vector2i developed_size;  ///< what is read back [pixels]; fewer than the picture's in a draft.
-    float max_point_size = 1;
 
     Buffer splats = make_buffer(), spray = make_buffer(), mesh = make_buffer(), nodes = make_buffer();
     VertexArray splat_array = make_vertex_array(splats, {3, 1, 1, 1}),
@@ -134,12 +141,12 @@ struct Renderer::Passes {
     Texture relief = make_tile_texture(Relief::size, snow_relief().levels);
     Sampler quick_reader = make_mipmap_reader();  ///< of the relief, where a step between sizes does not show.
     Sampler depth_reader = make_depth_reader(unit_shadow_depths);
-    Texture shadow_all, shadow_bodies, spray_shadow, shadow_blocks[2], shadow_bounds, snow_outward = make_volume_texture(),
+    Texture shadow_all, shadow_bodies, shadow_far, spray_shadow, shadow_blocks[2], shadow_bounds, snow_outward = make_volume_texture(),
                                                      snow_light = make_volume_texture();
     Texture depth_buffer, surface, depth, smooth_depths[3], light, blurred, lens_reach[2], film, values, palette, developed;
     std::map<std::pair<std::string, std::array<int, 4>>, Program> shading_programs;  ///< made when they are first needed.
     const Texture *fine = nullptr, *wide = nullptr;  ///< of them: over a grain, over a lump.
-    Framebuffer shadow_all_target, shadow_bodies_target, spray_shadow_target, shadow_blocks_target[2],
+    Framebuffer shadow_all_target, shadow_bodies_target, shadow_far_target, spray_shadow_target, shadow_blocks_target[2],
         shadow_bounds_target, surface_target,
         smooth_target[3], light_target, lens_reach_target[2], lens_target, blurred_target, film_target, developed_target;
     const Texture* picture_light = nullptr;  ///< what is to be exposed.

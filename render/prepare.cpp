@@ -57,12 +57,16 @@ std::vector<float> nodes_of(const ParticleView& particles) {
     return nodes;
 }
 
-/// Where shadows are wanted: around the snow, and around the bodies as far as they are near it.
-Eigen::AlignedBox3f shadowed_region(const Density& density, const std::vector<SolidGroup>& solids,
-                                    bool any_snow) {
-    Eigen::AlignedBox3f snow, all;
+Eigen::AlignedBox3f box_of(const std::vector<SolidGroup>& solids) {
+    Eigen::AlignedBox3f all;
     for (const SolidGroup& group : solids)
         for (const Vertex& vertex : group.triangles) all.extend(vertex.position);
+    return all;
+}
+
+/// Where fine shadows are wanted: around the snow, and around the bodies as far as they are near it.
+Eigen::AlignedBox3f shadowed_region(const Density& density, Eigen::AlignedBox3f all, bool any_snow) {
+    Eigen::AlignedBox3f snow;
     if (!any_snow)
         return all.isEmpty() ? Eigen::AlignedBox3f(Vector3f::Zero().eval(), Vector3f::Ones().eval()) : all;
     snow.extend(density.origin);
@@ -85,7 +89,7 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     if (!(particles.spacing > 0) || !std::isfinite(particles.spacing))
         throw std::invalid_argument("particles need a spacing greater than zero to be drawn");
     Frame frame;
-    frame.view = view_of(camera, picture, effort.edge, margin);
+    frame.view = view_of(camera, picture, effort.edge, margin, particles.spacing);
     frame.to_sun = sun_direction(picture);
     frame.light = sky_light_at(picture.sun_elevation);
     frame.spacing = particles.spacing;
@@ -110,9 +114,15 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     prepare_solids(frame, solids, time);
     const bool any_snow =
         std::any_of(density.rho.values.begin(), density.rho.values.end(), [](float rho) { return rho > 0; });
-    const Eigen::AlignedBox3f region = shadowed_region(density, frame.solids, any_snow);
+    const Eigen::AlignedBox3f bodies = box_of(frame.solids), region = shadowed_region(density, bodies, any_snow);
     const float radius = 0.5f * region.diagonal().norm();
     frame.shadow = shadow_view(frame.to_sun, region.center(), radius, effort.shadow_size);
+    const Vector3f reach = Vector3f::Constant(20 * static_cast<float>((camera.target - camera.eye).norm()));
+    const Vector3f target = camera.target.cast<float>();
+    const Eigen::AlignedBox3f seen = bodies.intersection(Eigen::AlignedBox3f(target - reach, target + reach));
+    if (!seen.isEmpty() && !region.contains(seen))
+        frame.far_shadow =
+            shadow_view(frame.to_sun, seen.center(), 0.5f * seen.diagonal().norm(), effort.shadow_size / 2);
     frame.bodies.reach = 0.3f * radius;
 
     const auto to_bodies = [&](const Vector3f& x) {

@@ -108,9 +108,6 @@ void Program::set(const char* name, float x) const { glUniform1f(location(name),
 void Program::set(const char* name, const Eigen::Vector2f& x) const {
     glUniform2fv(location(name), 1, x.data());
 }
-void Program::set(const char* name, const std::vector<Eigen::Vector2f>& x) const {
-    glUniform2fv(location(name), static_cast<GLsizei>(x.size()), x.data()->data());
-}
 void Program::set(const char* name, const Eigen::Vector3f& x) const {
     glUniform3fv(location(name), 1, x.data());
 }
@@ -118,7 +115,8 @@ void Program::set(const char* name, const Eigen::Vector4f& x) const {
     glUniform4fv(location(name), 1, x.data());
 }
 void Program::set(const char* name, const std::vector<Eigen::Vector4f>& x) const {
-    glUniform4fv(location(name), static_cast<GLsizei>(x.size()), x.data()->data());
+    const GLint there = location(name);
+    if (!x.empty()) glUniform4fv(there, static_cast<GLsizei>(x.size()), x.front().data());
 }
 void Program::set(const char* name, const Eigen::Matrix3f& x) const {
     glUniformMatrix3fv(location(name), 1, GL_FALSE, x.data());

@@ -25,7 +25,6 @@ public:
     void set(const char* name, int) const;
     void set(const char* name, float) const;
     void set(const char* name, const Eigen::Vector2f&) const;
-    void set(const char* name, const std::vector<Eigen::Vector2f>&) const;
     void set(const char* name, const Eigen::Vector3f&) const;
     void set(const char* name, const Eigen::Vector4f&) const;
     void set(const char* name, const std::vector<Eigen::Vector4f>&) const;

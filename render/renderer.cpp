@@ -2,7 +2,6 @@
 
 #include "render/colour_map.h"
 #include "render/enlarged.h"
-#include "render/gl_limits.h"
 #include "render/passes.h"
 
 #include <algorithm>
@@ -36,11 +35,6 @@ Image Renderer::draw(const ParticleView& particles, const std::vector<Solid>& so
 }
 
 Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort_of(wanted.quality)) {
-    const GLLimits limits = gl_limits();
-    if (const std::string missing = missing_in(limits); !missing.empty())
-        throw GLError("this OpenGL (" + context.description() + ") can do too little:" + missing);
-    max_point_size = limits.point_size;
-
     const int limit = limits.texture_size;
     const Eigen::Vector2i inner = samples_of(picture, effort.edge, 0);
     const int largest = std::max({inner.x(), inner.y(), picture.width, picture.height});
@@ -54,6 +48,7 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
 
     shadow_all = make_shadow_texture(effort.shadow_size);
     shadow_bodies = make_shadow_texture(effort.shadow_size / 2);
+    shadow_far = make_shadow_texture(effort.shadow_size / 2);
     spray_shadow = make_texture_2d(GL_R16F, effort.shadow_size / 2, effort.shadow_size / 2, GL_LINEAR);
     spray_shadow_target =
         make_framebuffer("the shadow of spray (R16F, depth 32F)", {&spray_shadow}, &shadow_bodies);
@@ -66,6 +61,7 @@ Renderer::Passes::Passes(const Picture& wanted) : picture(wanted), effort(effort
     shadow_bounds_target = make_framebuffer("bounds of the shadow map (RGB10_A2)", {&shadow_bounds});
     shadow_all_target = make_framebuffer("a shadow map (depth 32F)", {}, &shadow_all);
     shadow_bodies_target = make_framebuffer("a shadow map (depth 32F)", {}, &shadow_bodies);
+    shadow_far_target = make_framebuffer("a shadow map (depth 32F)", {}, &shadow_far);
 
     depth_buffer = make_depth_stencil_texture(width, height);
     depth = make_texture_2d(GL_R32F, width, height);

@@ -14,7 +14,8 @@ const Program& Renderer::Passes::shading_program(const std::string& name,
                               {{"boxes", counts[0]},
                                {"capsules", counts[1]},
                                {"cylinders", counts[2]},
-                               {"planes", counts[3]}}))
+                               {"planes", counts[3]},
+                               {"max_bodies", max_bodies}}))
         .first->second;
 }
 
@@ -40,6 +41,7 @@ void Renderer::Passes::shade(const Frame& frame) {
     bind_texture(unit_shadow_all, GL_TEXTURE_2D, shadow_all);
     bind_texture(unit_shadow_depths, GL_TEXTURE_2D, shadow_all);
     bind_texture(unit_shadow_bodies, GL_TEXTURE_2D, shadow_bodies);
+    bind_texture(unit_shadow_far, GL_TEXTURE_2D, shadow_far);
     bind_texture(unit_spray_shadow, GL_TEXTURE_2D, spray_shadow);
     bind_texture(unit_snow_outward, GL_TEXTURE_3D, snow_outward);
     bind_texture(unit_snow_light, GL_TEXTURE_3D, snow_light);

@@ -7,24 +7,25 @@ void Renderer::Passes::draw_shadows(const Frame& frame) {
     glDepthFunc(GL_LESS);
     glEnable(GL_DEPTH_CLAMP);  // what stands between the sun and the region throws a shadow on it, too
     glEnable(GL_PROGRAM_POINT_SIZE);
-    for (const bool all : {false, true}) {
-        const int size = all ? effort.shadow_size : effort.shadow_size / 2;
-        glBindFramebuffer(GL_FRAMEBUFFER, (all ? shadow_all_target : shadow_bodies_target).id());
+    shadow_mesh_program.use();
+    const auto draw_bodies = [&](const Framebuffer& target, int size, const ShadowView& view) {
+        glBindFramebuffer(GL_FRAMEBUFFER, target.id());
         glViewport(0, 0, size, size);
         glClear(GL_DEPTH_BUFFER_BIT);
-        shadow_mesh_program.use();
-        shadow_mesh_program.set("shadow_matrix", frame.shadow.matrix);
+        shadow_mesh_program.set("shadow_matrix", view.matrix);
         glBindVertexArray(mesh_array.id());
         glDrawArrays(GL_TRIANGLES, 0, frame.vertices);
-        if (!all) continue;
-        shadow_splat_program.use();
-        shadow_splat_program.set("shadow_matrix", frame.shadow.matrix);
-        shadow_splat_program.set("texel", frame.shadow.texel);
-        shadow_splat_program.set("max_point_size", max_point_size);
-        glBindVertexArray(splat_array.id());
-        draw_many(GL_POINTS, 0, frame.near_lit_splats);
-        draw_many(GL_POINTS, frame.far_lit_splats, frame.splats - frame.far_lit_splats);
-    }
+    };
+    if (frame.far_shadow) draw_bodies(shadow_far_target, effort.shadow_size / 2, *frame.far_shadow);
+    draw_bodies(shadow_bodies_target, effort.shadow_size / 2, frame.shadow);
+    draw_bodies(shadow_all_target, effort.shadow_size, frame.shadow);
+    shadow_splat_program.use();
+    shadow_splat_program.set("shadow_matrix", frame.shadow.matrix);
+    shadow_splat_program.set("texel", frame.shadow.texel);
+    shadow_splat_program.set("max_point_size", max_point_size);
+    glBindVertexArray(splat_array.id());
+    draw_many(GL_POINTS, 0, frame.near_lit_splats);
+    draw_many(GL_POINTS, frame.far_lit_splats, frame.splats - frame.far_lit_splats);
     // Spray between the sun and the first body, its optical depths added up.
     glBindFramebuffer(GL_FRAMEBUFFER, spray_shadow_target.id());
     glViewport(0, 0, effort.shadow_size / 2, effort.shadow_size / 2);

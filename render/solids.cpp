@@ -10,8 +10,9 @@ using Eigen::Vector3f;
 using Eigen::Vector4f;
 
 Look shown_look(const Solid& solid) {
-    if (solid.look != Look::automatic) return solid.look;
     const Plane* plane = std::get_if<Plane>(&solid.shape.kind());
+    if (solid.look == Look::glass && plane) return Look::ice;  // one can see nothing through half of space
+    if (solid.look != Look::automatic) return solid.look;
     return plane && plane->normal.normalized().y() > 0.5 ? Look::snow : Look::concrete;
 }
 
@@ -34,7 +35,7 @@ Vector3f mean_colour(Look look) {
 
 /// Adds what the shape is for shaders/bodies.glsl, behind those of its kind; a sphere is a capsule of no length.
 void add_distance(BodyDistances& bodies, const Shape& shape, const Vec3d& moved, const Vector3f& colour) {
-    if (bodies.a.size() == 16) return;
+    if (static_cast<int>(bodies.a.size()) == max_bodies) return;
     const auto add = [&](int& count, int after, const Vec3d& a, const Vec3d& b, double w) {
         bodies.a.insert(bodies.a.begin() + after, with(a + moved, 0));
         bodies.b.insert(bodies.b.begin() + after, with(b, w));

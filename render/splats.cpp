@@ -181,7 +181,7 @@ struct Chooser {
                                            sprayed ? crumb : 0);
             // A grain that flies alone past a lump has none, and a lump in the open little.
             const float around = wide.at(x);
-            spread_powder(point, spacing, std::min(around, 1.6f * (rho - 0.022f)));
+            spread_powder(point, spacing, std::min(around, 1.6f * (rho - lone_rho)));
             point.powder *= std::min(2 * around / std::max(rho, 1e-4f), 1.0f);
             piece.spray.push_back(point);
             if (sprayed && flying > 0.5f && point.powder > 0.01f) return;  // whose shade holds the crumb's

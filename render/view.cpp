@@ -12,8 +12,8 @@ namespace {
 double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 /// Columns right, up, forward; y is up unless one looks along it.
-Mat3d basis_along(const Vec3d& forward) {
-    const Vec3d y = std::abs(forward.y()) < 0.99999 ? Vec3d(0, 1, 0) : Vec3d(0, 0, forward.y() > 0 ? 1 : -1);
+Mat3d basis_along(const Vec3d& forward, const Vec3d& top) {
+    const Vec3d y = is_vertical(forward) ? top : Vec3d(0, 1, 0);
     Mat3d basis;
     basis.col(2) = forward;
     basis.col(0) = forward.cross(y).normalized();
@@ -28,18 +28,17 @@ Eigen::Vector2i samples_of(const Picture& picture, double edge, int margin) {
     return (edge * size.array()).ceil().cast<int>() + 2 * margin;
 }
 
-View view_of(const Camera& camera, const Picture& picture, double edge, int margin) {
+View view_of(const Camera& camera, const Picture& picture, double edge, int margin, double spacing) {
     const Vec3d to_target = camera.target - camera.eye;
     const double distance = to_target.norm(), scale = distance > 0 ? distance : 1;
     const Vec3d forward = distance > 0 ? Vec3d(to_target / distance) : Vec3d(0, 0, -1);
     View view;
     view.eye = camera.eye.cast<float>();
-    view.basis = basis_along(forward).cast<float>();
+    view.basis = basis_along(forward, camera.top.value_or(usual_top(forward))).cast<float>();
     view.samples = samples_of(picture, edge, margin);
-    view.margin = margin;
     view.sample_tan =
         static_cast<float>(2 * std::tan(radians(camera.field_of_view) / 2) / (picture.height * edge));
-    view.near_depth = static_cast<float>(0.01 * scale);
+    view.near_depth = static_cast<float>(std::min(0.01 * scale, 8 * spacing));
     view.haze_distance = static_cast<float>(60 * scale);
     return view;
 }
@@ -68,7 +67,8 @@ ShadowView shadow_view(const Eigen::Vector3f& to_sun, const Eigen::Vector3f& cen
     const double step = 0.25;
     const double r = std::exp2(std::ceil(std::log2(std::max(radius, 1e-6f)) / step) * step);
     const double texel = 2 * r / size;
-    const Mat3d basis = basis_along(-to_sun.cast<double>());
+    const Vec3d forward = -to_sun.cast<double>();
+    const Mat3d basis = basis_along(forward, usual_top(forward));
     Vec3d c = basis.transpose() * center.cast<double>();
     c = (c.array() / texel).round() * texel;
     Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();

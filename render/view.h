@@ -12,7 +12,6 @@ struct View {
     Eigen::Vector3f eye;      ///< [m]
     Eigen::Matrix3f basis;    ///< columns right, up, forward.
     Eigen::Vector2i samples;  ///< size of the buffers that are drawn into.
-    int margin;               ///< [samples]
     float sample_tan;         ///< width of a sample at unit depth [1].
     float haze_distance;      ///< over which the air takes all but 1/e of the light [m].
     float near_depth;         ///< nothing closer is seen [m]; depths end at infinity.
@@ -24,7 +23,8 @@ struct View {
 /// Size of the buffers for `edge` samples along a pixel's edge.
 Eigen::Vector2i samples_of(const Picture&, double edge, int margin);
 
-View view_of(const Camera&, const Picture&, double edge, int margin);
+/// What is eight spacings of particles [m] away is seen, wherever the target is.
+View view_of(const Camera&, const Picture&, double edge, int margin, double spacing);
 
 /// Towards the sun (unit).
 Eigen::Vector3f sun_direction(const Picture&);

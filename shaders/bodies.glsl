@@ -1,8 +1,9 @@
 // Distance to the bodies, and how much of the sky they hide. They are sorted by kind; the numbers of each, boxes,
-// capsules, cylinders and planes, are constants: software that draws is slow at uniforms whose place is calculated.
-uniform vec4 body_a[16];  // box: centre;  capsule, cylinder: one end;  plane: point
-uniform vec4 body_b[16];  // box: half edges;  capsule, cylinder: other end, radius;  plane: normal
-uniform vec4 body_colour[16];  // albedo in rgb
+// capsules, cylinders and planes, are constants, as max_bodies is: software that draws is slow at uniforms whose place
+// is calculated.
+uniform vec4 body_a[max_bodies];  // box: centre;  capsule, cylinder: one end;  plane: point
+uniform vec4 body_b[max_bodies];  // box: half edges;  capsule, cylinder: other end, radius;  plane: normal
+uniform vec4 body_colour[max_bodies];  // albedo in rgb
 uniform float body_reach; // [m]
 
 // Colour of the nearest that is no plane, and the distance to it.

@@ -2,6 +2,7 @@
 // as film answers to it, 0 to 1, or as it is, if a lens has to spread it first.
 uniform sampler2DShadow shadow_all;     // by snow and bodies
 uniform sampler2DShadow shadow_bodies;  // by bodies alone: snow lets light through
+uniform sampler2DShadow shadow_far;     // the same of a wider country
 uniform sampler2D shadow_depths;        // the same texture as numbers
 uniform sampler2D spray_shadow;         // optical depth of the spray between the sun and what is solid
 uniform sampler2D shadow_bounds;        // least and largest depth near, any spray (shadow_bounds.frag)
@@ -11,6 +12,8 @@ uniform vec3 volume_origin;        // [m]
 uniform vec3 volume_size;          // [m]
 uniform mat4 shadow_matrix;
 uniform float shadow_texel;        // [m]
+uniform mat4 far_matrix;
+uniform float far_texel;           // [m]; 0: all bodies are in the other maps
 uniform float shadow_reach;        // farthest that shadow_bounds looks [m]
 uniform float shadow_span;         // between the map's nearest and farthest depth [m]
 uniform int shadow_search;         // samples that look for what throws half-shade
@@ -86,8 +89,14 @@ float half_shade(vec3 at, float least_radius, float width) {
 // matter where the sun does not reach the surface anyway, `facing` none of it.
 float sun_visibility(vec3 position, float facing, float least_radius) {
     vec3 at = shadow_position(position), bounds = bounds_near(at);
-    float seen = at.z > bounds.y ? 0.0 : 1.0;
-    int unsure = at.z > bounds.x && at.z <= bounds.y && facing > 0.0 ? 1 : 0;
+    bool inside = all(lessThan(abs(at.xy - 0.5), vec2(0.5)));
+    float seen = inside && at.z > bounds.y ? 0.0 : 1.0;
+    int beyond = inside || far_texel == 0.0 ? 0 : 1;
+    for (int once = 0; once < beyond; ++once) {
+        vec3 far = (far_matrix * vec4(position + 2.5 * far_texel * to_sun, 1.0)).xyz * 0.5 + 0.5;
+        seen = texture(shadow_far, vec3(far.xy, min(far.z, 1.0)));
+    }
+    int unsure = inside && at.z > bounds.x && at.z <= bounds.y && facing > 0.0 ? 1 : 0;
     for (int once = 0; once < unsure; ++once) seen = half_shade(at, least_radius, dot(position - eye, basis[2]) * sample_tan);
     return seen;
 }

@@ -7,5 +7,4 @@ layout(location = 1) out vec4 out_surface;
 void main() {
     out_depth = depth;
     out_surface = surface_of(normalize(world_normal));
-    gl_FragDepth = buffer_depth(depth);
 }

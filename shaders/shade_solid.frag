@@ -65,7 +65,7 @@ void main() {
 
     if (m.mirror > 0.0) {
         vec3 mirror_way = reflect(towards, m.normal), half_way = normalize(to_sun - towards);
-        float fresnel = m.mirror + (1.0 - m.mirror) * pow(1.0 - max(dot(-towards, m.normal), 0.0), 5.0) * (1.0 - m.rough);
+        float fresnel = m.mirror + (1.0 - m.mirror) * pow(1.0 - clamp(dot(-towards, m.normal), 0.0, 1.0), 5.0) * (1.0 - m.rough);
         float sharp = 2.0 / (m.rough * m.rough * m.rough * m.rough + 1e-3);
         float gloss = (sharp + 2.0) / 8.0 * pow(max(dot(half_way, m.normal), 0.0), sharp);
         vec4 body = mirrored_body(position, mirror_way), snow = mirrored_snow(position, mirror_way, body.w);

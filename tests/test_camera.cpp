@@ -19,7 +19,7 @@ Eigen::Vector3f projected(const View& view, const Vec3d& x) {
 View view_of(const Camera& camera, int width, int height) {
     Picture picture;
     picture.width = width, picture.height = height;
-    return view_of(camera, picture, 1, 0);
+    return view_of(camera, picture, 1, 0, 0.01);
 }
 
 }  // namespace
@@ -113,6 +113,25 @@ TEST_CASE("an orbit keeps the distance and looks at the target", "[camera]") {
     CHECK((quarter.eye - Vec3d(1, 1, -2)).norm() < 1e-12);
     CHECK(quarter.target == camera.target);
     CHECK((camera_at(camera, 4).eye - camera.eye).norm() < 1e-12);
+}
+
+TEST_CASE("a path that comes to look straight down turns nothing on its last step", "[camera]") {
+    for (const Vec3d& start : {Vec3d(3, 1, 0), Vec3d(0, 1, 3), Vec3d(-1, 1, -2)}) {
+        Camera camera;
+        camera.keyframes = {{0, start, {0, 0, 0}, 40}, {1, {0, 3, 0}, {0, 0, 0}, 40}};
+        const auto right = [&](double time) { return Eigen::Vector3f(view_of(camera_at(camera, time), 90, 90).basis.col(0)); };
+        CAPTURE(start.transpose());
+        CHECK((right(1) - right(0.999)).norm() < 1e-3);
+        CHECK((right(9) - right(1)).norm() == 0);
+    }
+}
+
+TEST_CASE("an orbit turns the picture of what is straight below", "[camera]") {
+    Camera camera{{0, 3, 0}, {0, 0, 0}, 40};
+    camera.orbit = 90;
+    const auto right = [&](double time) { return Vec3d(view_of(camera_at(camera, time), 90, 90).basis.col(0).cast<double>()); };
+    CHECK((right(0) - Vec3d(1, 0, 0)).norm() < 1e-6);
+    CHECK((right(1) - Vec3d(0, 0, -1)).norm() < 1e-6);
 }
 
 TEST_CASE("the sun stands where azimuth and elevation say", "[camera]") {

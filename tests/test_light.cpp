@@ -39,7 +39,7 @@ Splats splats_of(const std::vector<float>& x, const Vec3d& eye, const std::vecto
     Density soft = density;
     soft.rho = smoothed(density.rho);
     return visible_splats({x, v, spacing}, density, soft, halved(halved(density)),
-                          view_of(Camera{eye, {0.2, 0.2, 0.2}, 40}, {}, 1, 0), to_sun, 4, to_bodies, detail);
+                          view_of(Camera{eye, {0.2, 0.2, 0.2}, 40}, {}, 1, 0, 0.01), to_sun, 4, to_bodies, detail);
 }
 
 double total(const Density& density) {
@@ -144,7 +144,7 @@ TEST_CASE("where particles are small, some of them cover as much as all would", 
     const Density density = density_at(x);
     Density soft = density;
     soft.rho = smoothed(density.rho);
-    const View view = view_of(Camera{{0.2, 0.2, 30}, {0.2, 0.2, 0.2}, 40}, {}, 1, 0);
+    const View view = view_of(Camera{{0.2, 0.2, 30}, {0.2, 0.2, 0.2}, 40}, {}, 1, 0, 0.01);
     const auto area = [&](float least_radius, std::size_t& count) {
         double sum = 0;
         count = 0;
@@ -225,7 +225,7 @@ TEST_CASE("cells grow by a fifth where there are too many, and a lump stays as f
         double radii = 0;
         for (const Splat& s :
              visible_splats({x, {}, spacing}, density, soft, halved(halved(density)),
-                            view_of(Camera{{0, 0, 1}, {0, 0, 0}, 40}, {}, 1, 0), to_sun, 4, nothing_near)
+                            view_of(Camera{{0, 0, 1}, {0, 0, 0}, 40}, {}, 1, 0, 0.01), to_sun, 4, nothing_near)
                  .all)
             radii += s.radius;
         return radii;

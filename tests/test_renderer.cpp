@@ -26,6 +26,13 @@ std::string run_alone(const std::string& environment, const std::string& test) {
     return out;
 }
 
+double darkest(const Image& image) {
+    double least = 255;
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x) least = std::min(least, brightness(image, x, y));
+    return least;
+}
+
 }  // namespace
 
 TEST_CASE("one particle lands at the pixel its position projects to", "[renderer]") {
@@ -155,7 +162,8 @@ TEST_CASE("particles at the camera and behind it do no harm", "[renderer]") {
           renderer->draw({std::span<const float>(), {}, 1e-4f}, ground, front, 0).pixels);
     const std::vector<float> close = {0, 0.59f, 2.35f};
     const Image image = renderer->draw({close, {}, 5.0f}, ground, front, 0);
-    CHECK(image.pixels.size() == 3 * 160 * 90);
+    CHECK(darkest(image) > 30);  // lit snow fills the picture
+    CHECK(difference_of(image, renderer->draw({}, ground, front, 0)).pixels > 160 * 90 / 2);
 }
 
 TEST_CASE("a camera may be inside the snow, or look straight down on it", "[renderer]") {
@@ -201,6 +209,38 @@ TEST_CASE("a wall hides the snow behind it", "[renderer]") {
     CHECK(difference_of(renderer->draw({particles, {}, spacing}, wall, front, 0), without).pixels == 0);
 }
 
+TEST_CASE("what is near is seen wherever the target is", "[renderer]") {
+    const auto renderer = renderer_for(small_picture());
+    if (!renderer) return;
+    const std::vector<float> particles = ball({0, 0.3, 0}, 0.2);
+    Camera far = front;
+    far.target = front.eye + 500 * (front.target - front.eye);
+    const auto ball_in = [&](const Camera& camera) {
+        return difference_of(renderer->draw({particles, {}, spacing}, ground, camera, 0), renderer->draw({}, ground, camera, 0));
+    };
+    CHECK(ball_in(far).pixels == Approx(ball_in(front).pixels).epsilon(0.1));
+    const Image empty = renderer->draw({}, ground, far, 0);
+    CHECK(brightness(empty, 80, 88) > brightness(renderer->draw({}, {}, far, 0), 80, 88) + 20);  // the ground below
+}
+
+TEST_CASE("a body throws its shadow however far it is from the snow", "[renderer]") {
+    const auto renderer = renderer_for(small_picture());
+    if (!renderer) return;
+    const Camera above{{20, 12, 6}, {20, 0, 0}, 40};  // 0.11 m a pixel
+    const Solid post{{Box{{20, 1, 0}, {0.6, 2, 0.6}}}};
+    const auto seen = [&](const std::vector<float>& x, const std::vector<Solid>& solids) {
+        return renderer->draw({x, {}, spacing}, solids, above, 0);
+    };
+    std::vector<float> snow = ball({0, 0.3, 0}, 0.2);
+    const Image with = seen(snow, {ground[0], post});
+    const int changed = difference_of(with, seen(snow, ground)).pixels;
+    CHECK(changed > 200);  // itself, and 3.2 m of shade
+    CHECK(changed < 500);
+    const std::vector<float> more = ball({-30, 0.3, 0}, 0.2);  // snow spreads: the shade stays
+    snow.insert(snow.end(), more.begin(), more.end());
+    CHECK(difference_of(seen(snow, {ground[0], post}), seen(snow, ground)).pixels > 200);
+}
+
 TEST_CASE("odd and tiny pictures are drawn", "[renderer]") {
     const std::vector<float> particles = ball({0, 0.3, 0}, 0.1);
     for (const auto& [width, height] : {std::pair(1, 1), {3, 1}, {1, 3}, {33, 17}, {127, 5}})
@@ -213,6 +253,7 @@ TEST_CASE("odd and tiny pictures are drawn", "[renderer]") {
             CHECK(image.width == width);
             CHECK(image.height == height);
             CHECK(image.pixels.size() == std::size_t(3) * width * height);
+            CHECK(darkest(image) > 30);  // sky, snow and its ground
         }
 }
 
@@ -253,20 +294,22 @@ TEST_CASE("a shader that does not compile shows its file, the line and what is w
                       Catch::Contains("\nfull_screen.vert:"));
 }
 
-TEST_CASE("particles far apart and far from the camera are drawn or left out, and cost no more", "[renderer]") {
+TEST_CASE("particles far apart and far from the camera are drawn or left out", "[renderer]") {
     const auto renderer = renderer_for(small_picture());
     if (!renderer) return;
     const Image empty = renderer->draw({}, ground, front, 0);
     for (const float far_away : {1e3f, 9e4f, 1e6f, 3e37f}) {
         CAPTURE(far_away);
         const std::vector<float> two = {-far_away, 0.3f, 0, far_away, 0.3f, 0};
-        CHECK(renderer->draw({two, {}, spacing}, {}, front, 0).pixels.size() == empty.pixels.size());
+        const Image none = renderer->draw({}, {}, front, 0);
+        CHECK(difference_of(renderer->draw({two, {}, spacing}, {}, front, 0), none).pixels < 10);
         std::vector<float> particles = ball({0, 0.3, 0}, 0.2);
         const Image alone = renderer->draw({particles, {}, spacing}, ground, front, 0);
+        const Camera afar{{0, 0.6, far_away}, {0, 0.3, 0}, 40};
+        CHECK(difference_of(renderer->draw({particles, {}, spacing}, ground, afar, 0),
+                            renderer->draw({std::span<const float>(), {}, spacing}, ground, afar, 0)).pixels < 40);  // a spot of a draft's sample
         particles.insert(particles.end(), two.begin(), two.end());
         CHECK(difference_of(renderer->draw({particles, {}, spacing}, ground, front, 0), alone).pixels < 10);
-        const Camera afar{{0, 0.6, far_away}, {0, 0.3, 0}, 40};
-        CHECK(renderer->draw({particles, {}, spacing}, ground, afar, 0).pixels.size() == empty.pixels.size());
     }
     // A thread of snow is far longer than it is wide.
     std::vector<float> thread;

@@ -56,6 +56,20 @@ TEST_CASE("glass shows what is behind it, concrete does not", "[renderer]") {
     CHECK(changed(Look::glass) > 100);
 }
 
+TEST_CASE("a lens draws what is behind glass", "[renderer]") {
+    for (const Quality quality : {Quality::draft, Quality::final}) {
+        const auto renderer = renderer_for(small_picture(quality));
+        if (!renderer) return;
+        Solid pane{{Box{{0, 0.3, 0.6}, {1, 0.6, 0.01}}}};
+        pane.look = Look::glass;
+        Camera lens = front;
+        lens.aperture = 0.05;
+        const std::vector<float> particles = ball({0, 0.3, 0}, 0.2);
+        const auto drawn = [&](const std::vector<float>& x) { return renderer->draw({x, {}, spacing}, {ground[0], pane}, lens, 0); };
+        CHECK(difference_of(drawn(particles), drawn({})).pixels > 100);
+    }
+}
+
 TEST_CASE("each look is drawn, and none like another", "[renderer]") {
     const auto renderer = renderer_for(small_picture());
     if (!renderer) return;
@@ -63,7 +77,7 @@ TEST_CASE("each look is drawn, and none like another", "[renderer]") {
     for (const Look look : {Look::snow, Look::ice, Look::soil, Look::wood, Look::tiles, Look::concrete,
                             Look::metal, Look::glass}) {
         Solid plane{{Plane{}}}, box{{Box{{0, 0.3, 0}, {0.4, 0.6, 0.4}}}};
-        plane.look = look == Look::glass ? Look::automatic : look, box.look = look;
+        plane.look = box.look = look;
         pictures.push_back(renderer->draw({}, {plane, box}, front, 0).pixels);
         for (std::size_t other = 0; other + 1 < pictures.size(); ++other)
             CHECK(pictures[other] != pictures.back());
