@@ -95,7 +95,7 @@ static std::vector<std::string> overlaps(const LoadedScene& loaded, const Partic
     const auto warn = [&](double share, const std::string& other, const char* consequence) {
         if (share > 0)
             warnings.push_back(
-                fmt::format("{}:{}:{}: bodies.{}: warning: about {:.2g} % of it lies inside {}; {}",
+                fmt::format("{}:{}:{}: bodies.{}: warning: about {:.3g} % of it lies inside {}; {}",
                             loaded.path, place.line, place.column, i, 100 * share, other, consequence));
     };
     for (std::size_t c = 0; c < scene.colliders.size(); ++c)
@@ -157,8 +157,9 @@ StartingParticles make_particles(const LoadedScene& loaded, double h) {
         const std::string path = fmt::format("bodies.{}", i);
         if (set.size() == 0 && h == loaded.scene.grid_spacing)
             problems.add(loaded.read.place(path), path,
-                         "has no particles; it must be larger than a few grid_spacing, or have more "
-                         "particles_per_cell");
+                         loaded.scene.bodies[i].particles.empty()
+                             ? "has no particles; it must be larger than a few grid_spacing, or have more particles_per_cell"
+                             : fmt::format("has no particles: there are none in {}", loaded.scene.bodies[i].particles));
         if (const double farthest = farthest_coordinate(loaded.scene); !is_near(set, farthest))
             problems.add(
                 loaded.read.place(path), path,
