@@ -89,15 +89,16 @@ float half_shade(vec3 at, float least_radius, float width) {
 // matter where the sun does not reach the surface anyway, `facing` none of it.
 float sun_visibility(vec3 position, float facing, float least_radius) {
     vec3 at = shadow_position(position), bounds = bounds_near(at);
-    bool inside = all(lessThan(abs(at.xy - 0.5), vec2(0.5)));
-    float seen = inside && at.z > bounds.y ? 0.0 : 1.0;
-    int beyond = inside || far_texel == 0.0 ? 0 : 1;
+    bool over = all(lessThan(abs(at.xy - 0.5), vec2(0.5)));
+    float seen = over && at.z > bounds.y ? 0.0 : 1.0;
+    int unsure = over && at.z > bounds.x && at.z <= bounds.y && facing > 0.0 ? 1 : 0;
+    for (int once = 0; once < unsure; ++once) seen = half_shade(at, least_radius, dot(position - eye, basis[2]) * sample_tan);
+    // Before and behind the map's depths it does not tell bodies from what they shade.
+    int beyond = far_texel > 0.0 && seen > 0.0 && !(over && abs(at.z - 0.5) < 0.5) ? 1 : 0;
     for (int once = 0; once < beyond; ++once) {
         vec3 far = (far_matrix * vec4(position + 2.5 * far_texel * to_sun, 1.0)).xyz * 0.5 + 0.5;
-        seen = texture(shadow_far, vec3(far.xy, min(far.z, 1.0)));
+        seen = min(seen, texture(shadow_far, vec3(far.xy, min(far.z, 1.0))));
     }
-    int unsure = inside && at.z > bounds.x && at.z <= bounds.y && facing > 0.0 ? 1 : 0;
-    for (int once = 0; once < unsure; ++once) seen = half_shade(at, least_radius, dot(position - eye, basis[2]) * sample_tan);
     return seen;
 }
 
