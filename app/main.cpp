@@ -10,6 +10,7 @@
 #include <omp.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -204,15 +205,15 @@ static int failed(const CommandLine& line, int code, const std::string& message)
     return code;
 }
 
-// What the first word that is no command or option may have meant; empty if all are known.
-static std::string advice_for(const CLI::App& app, const std::vector<std::string>& words) {
+// The first word that is no command or option, and what it may have meant; empty if all are known.
+static std::string wrong_word(const CLI::App& app, const std::vector<std::string>& words) {
     const auto parsed = app.get_subcommands();
     if (parsed.empty()) {
         std::vector<std::string> commands;
         for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
             commands.push_back(command->get_name());
         if (words.empty() || words[0].starts_with("-")) return "";
-        return fmt::format("no command {}; allowed: {}{}\n", words[0], join(commands), did_you_mean(words[0], commands));
+        return fmt::format("no command {}; allowed: {}{}", words[0], join(commands), did_you_mean(words[0], commands));
     }
     std::vector<std::string> options;
     for (const CLI::Option* option : parsed.front()->get_options())
@@ -220,7 +221,7 @@ static std::string advice_for(const CLI::App& app, const std::vector<std::string
     for (const std::string& word : words) {
         const std::string name = word.substr(0, word.find('='));
         if (name.starts_with("--") && std::find(options.begin(), options.end(), name) == options.end())
-            return fmt::format("{} has no option {}{}\n", parsed.front()->get_name(), name, did_you_mean(name, options));
+            return fmt::format("{} has no option {}{}", parsed.front()->get_name(), name, did_you_mean(name, options));
     }
     return "";
 }
@@ -231,8 +232,10 @@ static int run_program(int argc, char** argv, CommandLine& line) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
-        if (e.get_exit_code() != 0)
-            return failed(line, 2, fmt::format("{}{}\nRun firn --help for help.", advice_for(app, {argv + 1, argv + argc}), e.what()));
+        if (e.get_exit_code() != 0) {
+            const std::string wrong = wrong_word(app, {argv + 1, argv + argc});
+            return failed(line, 2, fmt::format("{}\nRun firn --help for help.", wrong.empty() ? e.what() : wrong));
+        }
         std::ostringstream text;
         app.exit(e, text, text);
         print_result(text.str());

@@ -186,6 +186,16 @@ TEST_CASE("check tells what a scene takes, and refuses what memory or disk canno
     limited.before_exec = [] { const rlimit small{300'000'000, 300'000'000}; setrlimit(RLIMIT_AS, &small); };
     limited.arguments.insert(limited.arguments.end(), {"--set", "grid_spacing=0.002"});
     CHECK(run_firn(limited).code == 4);
+    REQUIRE(run_firn({"simulate", good, "-o", folder / "snow"}).code == 0);
+    for (const char* command : {"check", "render"}) {  // where pictures alone are too large, no grid is to blame
+        Launch wide{{command, good, "--set", "picture.width=8192", "--set", "picture.height=8192"}};
+        if (wide.arguments[0] == "render") wide.arguments.insert(wide.arguments.end(), {"-o", folder / "snow"});
+        wide.before_exec = [] { const rlimit small{2'000'000'000, 2'000'000'000}; setrlimit(RLIMIT_AS, &small); };
+        const Outcome outcome = run_firn(wide);
+        CAPTURE(command);
+        CHECK(outcome.code == 4);
+        CHECK_THAT(outcome.err, Contains("set picture.width and picture.height to less") && !Contains("grid_spacing"));
+    }
 #endif
 }
 
