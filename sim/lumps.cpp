@@ -62,7 +62,7 @@ double packed_Jp(const Lumps& lumps, const Vec3d& x, std::uint64_t seed) {
     constexpr int levels = 3;  // each of half the width
     // Share of lumps that are no firmer between those they are made of; of a seam's weakness, what the others have there,
     // and what the weakest lump has within; from a face to where snow is as firm as that, as a share of lumps' width.
-    constexpr double coming_apart = 0.4, held = 0.25, unlike = 0.3, seam_width = 0.045;
+    constexpr double coming_apart = 0.4, held = 0.25, unlike = 0.3, seam_width = 0.028;
     double weakness = 0, seam = 1, width = 1;
     for (int level = 0; level < levels; ++level, width /= 2) {
         const Lump lump = lump_at(x / (width * lumps.size), mixed(levels * seed + level));

@@ -55,7 +55,7 @@ TEST_CASE("lumps are firm within, weak where they meet, and as wide as is asked 
 
 TEST_CASE("lumps have no steps: J_P changes by less than its range over a seam's width", "[lumps]") {
     const Lumps lumps{1, 0, 1};
-    const double apart = 0.01, steepest = 1 / 0.045;
+    const double apart = 0.01, steepest = 1 / 0.028;
     int steps = 0;
     for (const Vec3d& x : places(50000, 1))
         steps += std::abs(packed_Jp(lumps, x + Vec3d(0, apart, 0), 1) - packed_Jp(lumps, x, 1)) >
@@ -64,7 +64,7 @@ TEST_CASE("lumps have no steps: J_P changes by less than its range over a seam's
 }
 
 TEST_CASE("lumps come apart in pieces of many sizes: large ones hold most, small ones are many", "[lumps]") {
-    constexpr int n = 72, each = 24;  // places along an edge of the cube, and of a lump's width
+    constexpr int n = 108, each = 36;  // places along an edge of the cube, and of a lump's width
     std::vector<char> firm(n * n * n);
     for (int c = 0; c < n * n * n; ++c)
         firm[c] = packed_Jp({each, 0, 1}, Vec3d(c % n, c / n % n, c / n / n), 7) < 0.5;
@@ -121,7 +121,7 @@ TEST_CASE(
     box.shape = Box{{0, 0, 0}, {0.4, 0.4, 0.4}};
     box.sampling = Sampling::lattice;
     ParticleSet start = sample(box, 400, 0.02, 1, 0);
-    pack_in_lumps(start, {1.1, 0.8, 1.3}, 1);  // wide: the grid sees one lump's middle as it is
+    pack_in_lumps(start, {1.5, 0.8, 1.3}, 1);  // wide: the grid sees one lump's middle as it is
     Setup setup;
     setup.h = 0.02, setup.materials = {Snow{}};
     const ParticleRows rows = make_simulation(setup, ParticleSet(start))->rows(true);
@@ -132,7 +132,7 @@ TEST_CASE(
                 std::max(worst, std::abs(value(rows, p, "mass") / (value(rows, p, "volume") * start.Jp[p]) /
                                              (400 / start.Jp[p]) -
                                          1));
-    CHECK(worst < 0.12);  // a grid smooths what changes within three cells; without J it is 0.17
+    CHECK(worst < 0.06);  // a grid smooths what changes within three cells; without J it is 0.074
 }
 
 TEST_CASE("a bar of lumps that is pulled gives way at their seams", "[lumps]") {
