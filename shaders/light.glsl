@@ -114,6 +114,12 @@ float spray_transmittance(vec3 position) {
     return through;
 }
 
+// Of what powder takes from the sun's rays, to let `through` that share, it throws on somewhat less than half, most of it about
+// their way.
+float thrown_on_by_powder(vec3 normal, float through) {
+    return (0.25 + 0.16 * dot(normal, to_sun)) * (1.0 - through);
+}
+
 // Scattered sun and visible sky; outside the volume, and fading over its rim, snow only throws shade.
 vec4 light_at(vec3 position) {
     vec3 at = (position - volume_origin) / volume_size;
@@ -132,7 +138,7 @@ float open_sky(float visible) { return visible / (1.0 - 0.68 * (1.0 - visible));
 // Most of the sky's light comes from the sun's side: what leans there is lighter, in shade as well.
 vec3 brightest_sky() { return normalize(to_sun + vec3(0.0, 1.0, 0.0)); }
 
-vec3 sky_by_normal(vec3 normal) { return sky_light * (0.65 + 0.35 * normal.y + 0.08 * dot(normal.xz, to_sun.xz)); }
+vec3 sky_by_normal(vec3 normal) { return sky_light * (0.65 + 0.35 * normal.y + 0.28 * dot(normal.xz, to_sun.xz)); }
 
 // Light from the country below, a share of which lies in the sun.
 vec3 bounce_by_normal(vec3 normal, float sunlit) {

@@ -80,9 +80,8 @@ void main() {
     for (float ahead = 2.0; ahead <= last; ahead += 3.0)
         reached += texture(shadow_all, shadow_position(position + ahead * spacing * to_sun)) / 3.0;
     float grazed = 1.0 - min(abs(dot(normal, normalize(ray))), 1.0);  // and most at its outline
-    inside += (2.0 + 8.0 * grazed * grazed * grazed) * against * against * against * through * reached * past_bodies * (1.0 - direct) * deep;
-    // Of what powder takes from the sun's rays, it throws on about a third.
-    vec3 sun = sun_light * (mix(vec3(direct), inside, scattered) + 0.34 * (1.0 - thin) * past_bodies * sqrt(light.rgb));
+    inside += (2.0 + 12.0 * grazed * grazed * grazed) * against * against * against * through * reached * past_bodies * (1.0 - direct) * deep;
+    vec3 sun = sun_light * (mix(vec3(direct), inside, scattered) + thrown_on_by_powder(normal, thin) * past_bodies * sqrt(light.rgb));
     float seen = open_sky(clamp(light.a * open, 0.22, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));
     seen *= max(1.0 + (0.4 + 1.4 * fading(0.0, 0.4, direct)) * grain_share * dot(grain - normal, brightest_sky()), 0.0);
     vec3 around = seen * (sky_by_normal(normal) + (0.7 + 0.3 * seen) * bounce_by_normal(normal, min(seen, 1.0)));

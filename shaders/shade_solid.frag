@@ -51,11 +51,15 @@ void main() {
     float uneven = smoothstep(0.0, 0.2, level), facing = mix(level, dot(m.normal, to_sun), uneven);
     facing = max((facing + m.soft * uneven) / (1.0 + m.soft), 0.0);
     float inside = scattering * uneven * m.soft / snow_wrap;  // share of light that comes out of snow again
-    float seen = sun_visibility(lifted, max(facing, inside), 1.5 * shadow_texel) * spray_transmittance(lifted), direct = facing * seen;
+    float through = spray_transmittance(lifted);
+    float seen = sun_visibility(lifted, max(facing, inside), 1.5 * shadow_texel) * through, direct = facing * seen;
     vec3 sun = seen * mix(vec3(facing), share_let_in(level) * deep, inside);
+    vec4 light = light_at(position + spacing * face);
+    int powdered = through < 1.0 ? 1 : 0;
+    for (int once = 0; once < powdered; ++once)
+        sun += thrown_on_by_powder(m.normal, sqrt(through)) * texture(shadow_bodies, shadow_position(lifted)) * sqrt(light.rgb);
     float open = open_to_bodies(position, face);
-    float snow_open = light_at(position + spacing * face).a;
-    open *= open_sky(snow_open);
+    open *= open_sky(light.a);
     open *= 1.0 + 0.6 * dot(m.normal - face, brightest_sky());
     vec3 colour = m.albedo * (sun_light * sun + open * (sky_by_normal(m.normal) + bounce_by_normal(m.normal, open)));
 

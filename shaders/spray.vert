@@ -67,8 +67,8 @@ void main() {
     float facing = mix(0.62, 0.92 * max(dot(normal, to_sun) + 0.25, 0.0) / 1.25, dense) + 1.2 * pow(forward, 6.0);
     // In the shade of snow there is scattered light, of which ice has taken the red; in that of bodies none.
     float past_bodies = texture(shadow_bodies, shadow_position(at));
-    vec3 sun = sun_light * light.rgb * past_bodies * mix(vec3(0.38, 0.43, 0.48), vec3(facing), seen);
-    vec3 colour = sun + (0.9 * open_sky(light.a)) * (sky_light * (1.0 + 0.3 * dense * normal.y) + bounce_by_normal(dense * normal, seen));
+    vec3 sun = sun_light * light.rgb * past_bodies * mix(vec3(0.25, 0.29, 0.33), vec3(facing), seen);
+    vec3 colour = sun + (0.75 * open_sky(light.a)) * (sky_light * (1.0 + 0.3 * dense * normal.y) + bounce_by_normal(dense * normal, seen));
 
     if (lines == 1) opacity = min(3.0 * opacity * min(radius, 1.5), 0.8);
     spray_colour = vec4(seen_through_air(colour, spray_depth, ray), opacity);

@@ -1,3 +1,4 @@
+#include "render/view.h"
 #include "tests/small_pictures.h"
 
 #include <algorithm>
@@ -45,7 +46,7 @@ TEST_CASE("snow is even to the eye that grazes it: particles do not show as bead
         CAPTURE(int(quality), mean_of_bed(image), steps);
         CHECK(steps / mean_of_bed(image) <
               (quality == Quality::final ? 0.008 : 0.014));  // twice as much with beads
-        CHECK(steps / mean_of_bed(image) > 0.003);            // but there is grain
+        CHECK(steps / mean_of_bed(image) > 0.003);           // but there is grain
     }
 }
 
@@ -62,6 +63,37 @@ TEST_CASE("a bed of snow is as bright as ground of snow in its place, whatever t
         CAPTURE(elevation, particles, plane);
         CHECK(std::abs(particles - plane) < 5);
     }
+}
+
+TEST_CASE("powder before the sun shades a bed of snow as it shades a ground of snow, and throws light on",
+          "[renderer]") {
+    Picture picture = small_picture(Quality::final);
+    picture.sun_elevation = 25;
+    const auto renderer = renderer_for(picture);
+    if (!renderer) return;
+    const std::vector<Solid> plane = {{{Plane{{0, 0.1, 0}, {0, 1, 0}}}}};
+    const Vec3d middle = Vec3d(0, 0.1, 0) + 1.5 * sun_direction(picture).cast<double>();
+    std::vector<float> none = bed(), cloud;
+    for (int i = 0; i < 12'000; ++i)
+        for (const auto& [number, extent, at] : {std::tuple(0.8191725, 1.8, middle.x()),
+                                                 {0.6710436, 0.4, middle.y()},
+                                                 {0.5497005, 1.4, middle.z()}})
+            cloud.push_back(static_cast<float>(at + extent * (std::fmod(i * number, 1.0) - 0.5)));
+    const auto moving = [](std::size_t still, std::size_t all) {
+        std::vector<float> v(all, 0.0f);
+        std::fill(v.begin() + static_cast<std::ptrdiff_t>(still), v.end(), 3.0f);
+        return v;
+    };
+    std::vector<float> both = none;
+    both.insert(both.end(), cloud.begin(), cloud.end());
+    const double lit = mean_of_bed(renderer->draw({none, {}, spacing}, ground, above, 0));
+    const double shaded =
+        mean_of_bed(renderer->draw({both, moving(none.size(), both.size()), spacing}, ground, above, 0));
+    const double plane_shaded =
+        mean_of_bed(renderer->draw({cloud, moving(0, cloud.size()), spacing}, plane, above, 0));
+    CAPTURE(lit, shaded, plane_shaded);
+    CHECK(shaded < lit - 15);
+    CHECK(std::abs(shaded - plane_shaded) < 20);  // 68 without what powder throws on
 }
 
 TEST_CASE("no grain is a dark speck on snow that is grazed behind a drift", "[renderer]") {
@@ -96,8 +128,8 @@ TEST_CASE("a drift thins out over a ground of snow without a seam", "[renderer]"
         const float rise = static_cast<float>(0.5 * time);
         std::vector<float> lifted = wedge;
         for (std::size_t p = 0; p < lifted.size(); p += 3) lifted[p + 1] += rise;
-        const Image image = renderer->draw({lifted, {}, spacing}, rising,
-                                           {{0, 0.32 + rise, 1.3}, {0, rise, 0.2}, 24}, time);
+        const Image image =
+            renderer->draw({lifted, {}, spacing}, rising, {{0, 0.32 + rise, 1.3}, {0, rise, 0.2}, 24}, time);
         const auto row = [&](int y) {
             double sum = 0;
             for (int x = 50; x < 110; ++x) sum += brightness(image, x, y) / 60;
@@ -116,7 +148,8 @@ TEST_CASE("a steep foot keeps its shade over a ground of snow", "[renderer]") {
     const auto renderer = renderer_for(picture);
     if (!renderer) return;
     std::vector<float> block = bed();  // its face stands at z = 0 and lies in shade
-    for (std::size_t p = 0; p < block.size(); p += 3) block[p + 1] *= 2, block[p + 2] = block[p + 2] / 2 - 0.2f;
+    for (std::size_t p = 0; p < block.size(); p += 3)
+        block[p + 1] *= 2, block[p + 2] = block[p + 2] / 2 - 0.2f;
     const Camera camera{{0, 0.1, 1.2}, {0, 0.1, 0}, 24};
     const Image image = renderer->draw({block, {}, spacing}, ground, camera, 0);
     const auto at_height = [&](double height) {
