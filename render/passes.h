@@ -116,6 +116,7 @@ struct Renderer::Passes {
     void develop();
     Image read_back();
 
+    void upload_snow(Frame&, const Splats&);
     void upload_volume(const VolumeCells&);
     const Program& shading_program(const std::string& name, const std::vector<std::string>& files,
                                    const BodyDistances&);

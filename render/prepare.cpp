@@ -78,6 +78,13 @@ Eigen::AlignedBox3f shadowed_region(const Density& density, Eigen::AlignedBox3f 
 
 }  // namespace
 
+/// Four numbers of 16 bits in each.
+static void upload_cells(const Texture& texture, const Eigen::Vector3i& n, const void* cells) {
+    bind_texture(0, GL_TEXTURE_3D, texture);
+    glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16F, n.x(), n.y(), n.z(), 0, GL_RGBA, GL_HALF_FLOAT, cells);
+    check_gl("light volume");
+}
+
 static VolumeCells volume_of(const Density& lit, const Density& soft, float spacing, const Vector3f& to_sun) {
     return {soft.rho.size, lit.rho.size, outward_of(soft.rho), light_in_snow(lit, spacing, to_sun)};
 }
@@ -131,19 +138,29 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
             least = std::min(least, signed_distance(solid, x.cast<double>(), time));
         return least;
     };
-    const Splats visible =
+    Splats visible =
         visible_splats(particles, density, soft, halved(half), frame.view, frame.to_sun, effort.children_from,
                        to_bodies,
                        {effort.least_radius, effort.least_thrower * frame.shadow.texel,
                         std::max(1.2f * static_cast<float>(effort.edge), 1.0f)});
-    if (effort.fine_light)
-        upload_volume(volume_of(density, soft, particles.spacing, frame.to_sun));
-    else  // on one thread: software that draws leaves another idle while it sets points up
+    if (!effort.fine_light)  // on one thread: software that draws leaves another idle while it sets points up
         frame.volume = std::async(std::launch::async, [half = std::move(half), soft = std::move(soft),
                                                        spacing = particles.spacing, to_sun = frame.to_sun] {
             omp_set_num_threads(1);
             return volume_of(half, soft, spacing, to_sun);
         });
+    upload_snow(frame, visible);
+    if (effort.fine_light) {  // one at a time: they are large
+        visible = {};
+        upload_cells(snow_outward, soft.rho.size, outward_of(soft.rho).data());
+        soft = {};
+        upload_cells(snow_light, density.rho.size,
+                     light_in_snow(density, particles.spacing, frame.to_sun).data());
+    }
+    return frame;
+}
+
+void Renderer::Passes::upload_snow(Frame& frame, const Splats& visible) {
     upload(splats, visible.all.data(), visible.all.size() * sizeof(Splat));
     frame.splats = static_cast<GLsizei>(visible.all.size());
     frame.near_lit_splats = static_cast<GLsizei>(visible.near_lit);
@@ -159,18 +176,11 @@ Frame Renderer::Passes::prepare(ParticleView particles, const std::vector<Solid>
     frame.spray_with_puffs = sorted.with_puffs;
     frame.spray_without = sorted.without;
     check_gl("upload");
-    return frame;
 }
 
 void Renderer::Passes::upload_volume(const VolumeCells& volume) {
-    const auto upload_cells = [&](const Texture& texture, const Eigen::Vector3i& n,
-                                  const void* cells) {
-        bind_texture(0, GL_TEXTURE_3D, texture);
-        glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16F, n.x(), n.y(), n.z(), 0, GL_RGBA, GL_HALF_FLOAT, cells);
-    };
     upload_cells(snow_outward, volume.size, volume.outward.data());
     upload_cells(snow_light, volume.light_size, volume.light.data());
-    check_gl("light volume");
 }
 
 }  // namespace firn
