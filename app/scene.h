@@ -33,7 +33,7 @@ struct Scene {
     std::map<std::string, Snow> materials;
     std::vector<SceneBody> bodies;
     std::vector<Solid> colliders;
-    std::optional<Camera> camera;       ///< none: one that frames the bodies.
+    std::optional<Camera> camera;       ///< none: one that frames the bodies and the ground under them.
     Picture picture;
 };
 

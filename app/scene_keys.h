@@ -247,7 +247,7 @@ template <class V> void describe(V& v, Scene& s) {
     v.key({"materials", "kinds of snow by name; left out: one, snow, with the defaults"}, s.materials);
     v.key({"bodies", "snow at the start", "", {}, true}, s.bodies);
     v.key({"colliders", "solids that snow cannot enter"}, s.colliders);
-    v.key({"camera", "left out: one that frames the bodies"}, s.camera);
+    v.key({"camera", "left out: one that frames the bodies and the ground under them"}, s.camera);
     v.key({"picture", "size and look of the pictures"}, s.picture);
 }
 

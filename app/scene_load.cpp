@@ -113,7 +113,23 @@ static std::string load_files(LoadedScene& loaded) {
     return hashes;
 }
 
-// The default camera frames the bodies; what a scene gives of it stays.
+// Snow falls: with the bodies belongs the ground beneath them, unless it is far below.
+static Bounds with_ground(Bounds box, const std::vector<Solid>& colliders) {
+    const Vec3d middle = 0.5 * (box.lower + box.upper);
+    const double far = 3 * (box.upper - box.lower).maxCoeff();
+    double height = box.lower.y();
+    for (const auto& collider : colliders) {
+        const auto* plane = std::get_if<Plane>(&collider.shape);
+        if (!plane || plane->normal.y() < 0.5 * plane->normal.norm()) continue;
+        const double below = plane->normal.dot(middle - plane->point) / plane->normal.y();
+        const double ground = middle.y() - below;
+        if (ground > box.lower.y() - far) height = std::min(height, ground);
+    }
+    box.lower.y() = height;
+    return box;
+}
+
+// The default camera frames the bodies and the ground under them; what a scene gives of it stays.
 static void fill_camera(LoadedScene& loaded) {
     Bounds box;
     for (std::size_t i = 0; i < loaded.scene.bodies.size(); ++i) {
@@ -121,7 +137,7 @@ static void fill_camera(LoadedScene& loaded) {
         else for (const auto& x : loaded.files[i].x) box.extend(x);
     }
     const auto& picture = loaded.scene.picture;
-    const Camera framed = framing(box, static_cast<double>(picture.width) / picture.height);
+    const Camera framed = framing(with_ground(box, loaded.scene.colliders), static_cast<double>(picture.width) / picture.height);
     const bool given = loaded.scene.camera.has_value();
     Camera& camera = given ? *loaded.scene.camera : loaded.scene.camera.emplace(framed);
     const auto slope = [](double degrees) { return std::tan(degrees * std::numbers::pi / 360); };

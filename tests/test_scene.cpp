@@ -4,6 +4,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <numbers>
+
 using namespace firn;
 
 static const std::string six_lines = "grid_spacing: 0.1\nbodies: [{shape: {sphere: {radius: 0.2}}}]\n";
@@ -154,6 +156,24 @@ TEST_CASE("A camera keeps what is given and frames the bodies with the rest", "[
     CHECK(aimed.target == Vec3d(5, 0, 0));
     CHECK((aimed.eye - aimed.target - (whole.eye - whole.target)).norm() < 1e-12);
     CHECK((narrow.eye - narrow.target).norm() > 2 * (whole.eye - whole.target).norm());
+}
+
+TEST_CASE("A camera that is not given sees the ground on which the bodies will fall", "[scene]") {
+    const auto lowest_seen = [](const std::string& colliders) {
+        const Camera camera = *load(six_lines + colliders).scene.camera;
+        const Vec3d forward = (camera.target - camera.eye).normalized();
+        const double half = camera.field_of_view / 2 * std::numbers::pi / 180;
+        // Where the ray at the picture's lower edge passes below the bodies' middle.
+        const double steep = std::asin(-forward.y()) + half;
+        return camera.eye.y() - std::tan(steep) * std::hypot(camera.eye.x() - camera.target.x(), camera.eye.z() - camera.target.z());
+    };
+    const std::string plane = "colliders:\n  - shape: {plane: {point: [0, ";
+    const double none = lowest_seen("");
+    CHECK(lowest_seen(plane + "-1, 0]}}\n") < -1);
+    CHECK(lowest_seen(plane + "-1, 0], normal: [1, 1, 0]}}\n") < none);
+    CHECK(lowest_seen(plane + "-100, 0]}}\n") == none);                   // bodies would be dots
+    CHECK(lowest_seen(plane + "-1, 0], normal: [0, -1, 0]}}\n") == none);  // a ceiling
+    CHECK(lowest_seen(plane + "-1, 0], normal: [1, 0.1, 0]}}\n") == none);  // a wall
 }
 
 TEST_CASE("A file of particles gives what it has; the body completes the rest", "[scene]") {
