@@ -18,10 +18,10 @@ Matter matter_at(vec3 position, vec3 n, float width) {
     return matter_of(at, n, u, v, width / narrow);
 }
 
-// Over a ground of snow, wind has left some on what is level.
+// Over a ground of snow, wind has left some on what is level, but for bare metal, from which it slides.
 Matter with_snow(Matter bare, vec3 position, vec3 face, float width) {
     float level = dot(snow_ground.xyz, face);
-    int lies = bare.soft == 0.0 && level > 0.65 ? 1 : 0;
+    int lies = bare.soft == 0.0 && bare.mirror < 0.3 && level > 0.65 ? 1 : 0;
     for (int once = 0; once < lies; ++once) {
         vec2 at = position.xz - moved.xz;
         vec3 broad = noise_at(at, 0.9, width), fine = noise_at(at.yx, 0.22, width), grain = noise_at(at, 19.0 * spacing, width);
@@ -44,8 +44,13 @@ void main() {
     float width = depth * sample_tan / sqrt(max(abs(dot(towards, face)), 0.01));
     Matter m = with_snow(matter_at(position - moved, face, width), position, face, width);
 
-    // Or it would lie in its own shade; and snow is no darker beneath a single grain that lies on it.
-    vec3 lifted = position + max(1.5 * shadow_texel, 1.2 * spacing * m.soft / snow_wrap) * face;
+    // Or it would lie in its own shade; and snow is no darker beneath a single grain that lies on it. Between the grains
+    // of a foot it is lit as what stands before them: else dark specks would show there.
+    float snowy = m.soft / snow_wrap;
+    vec4 outward = texture(snow_outward, (position + spacing * face - volume_origin) / volume_size);
+    outward.xyz -= dot(outward.xyz, face) * face;
+    vec3 before = 2.5 * snowy * smoothstep(0.02, 0.2, outward.a) * spacing * outward.xyz / max(length(outward.xyz), 1e-4);
+    vec3 lifted = position + max(1.5 * shadow_texel, 1.2 * spacing * snowy) * face + before;
     // The sun that grazes a face reaches neither side of what rises from it.
     float level = max(dot(face, to_sun), 0.0);
     float uneven = smoothstep(0.0, 0.2, level), facing = mix(level, dot(m.normal, to_sun), uneven);
@@ -54,7 +59,7 @@ void main() {
     float through = spray_transmittance(lifted);
     float seen = sun_visibility(lifted, max(facing, inside), 1.5 * shadow_texel) * through, direct = facing * seen;
     vec3 sun = seen * mix(vec3(facing), share_let_in(level) * deep, inside);
-    vec4 light = light_at(position + spacing * face);
+    vec4 light = light_at(position + spacing * face + before);
     int powdered = through < 1.0 ? 1 : 0;
     for (int once = 0; once < powdered; ++once)
         sun += thrown_on_by_powder(m.normal, sqrt(through)) * texture(shadow_bodies, shadow_position(lifted)) * sqrt(light.rgb);

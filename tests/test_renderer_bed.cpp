@@ -161,3 +161,24 @@ TEST_CASE("a steep foot keeps its shade over a ground of snow", "[renderer]") {
     CAPTURE(at_height(0.02), at_height(0.1));
     CHECK(at_height(0.02) < 0.78 * at_height(0.1));  // 0.85 if it were lit as the ground is
 }
+
+TEST_CASE("the lit foot of snow over a ground of snow has no dark specks between its grains", "[renderer]") {
+    Picture picture = small_picture(Quality::final);
+    picture.width = 320, picture.height = 180;
+    picture.sun_azimuth = 120, picture.sun_elevation = 30;  // from the eye's side
+    const auto renderer = renderer_for(picture);
+    if (!renderer) return;
+    std::vector<float> block = bed();
+    for (std::size_t p = 0; p < block.size(); p += 3)
+        block[p + 1] = 0.6f * spacing + 2 * block[p + 1], block[p + 2] = block[p + 2] / 2 - 0.2f;
+    const Camera camera{{0, 0.35, 1.2}, {0, 0.02, 0}, 14};
+    const Image image = renderer->draw({block, {}, spacing}, ground, camera, 0);
+    double darkest = 255, mean = 0;
+    for (int y = 85; y < 115; ++y)  // the foot is in row 98
+        for (int x = 0; x < 320; ++x) {
+            darkest = std::min(darkest, brightness(image, x, y));
+            mean += brightness(image, x, y) / (30 * 320);
+        }
+    CAPTURE(mean, darkest);
+    CHECK(darkest > 0.75 * mean);  // 0.42 if the ground between the lowest grains lay in their shade
+}
