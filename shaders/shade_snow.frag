@@ -59,7 +59,9 @@ void main() {
 
     // Pits of the grain and hollows between lumps see less of the light.
     float raw = texelFetch(raw_depths, at, 0).r, wide = texelFetch(wide_depths, at, 0).r;
-    float pit = clamp((raw - depth) / spacing, -0.6, 0.8), hollow = clamp((depth - wide) / (3.0 * spacing), -0.7, 0.9);
+    float across_surface = abs(dot(normal, normalize(ray)));  // or a plane that is grazed would have hollows
+    float pit = clamp((raw - depth) / spacing, -0.6, 0.8);
+    float hollow = clamp((depth - wide) * across_surface / (2.2 * spacing), -0.7, 0.9);
     float pitted = mix(0.12, 0.02, wide_enough);  // a lump of its own shows no pits
     float loose = fading(0.06, 0.32, outward.a);  // light finds its way between grains, and through what is thin
     float open = clamp(1.0 - (1.0 - 0.4 * loose) * (pitted * pit + 0.65 * hollow) * (1.0 - thins), 0.3, 1.25);
@@ -79,7 +81,7 @@ void main() {
     float reached = 0.0, last = against > 0.1 ? 8.0 : 0.0;
     for (float ahead = 2.0; ahead <= last; ahead += 3.0)
         reached += texture(shadow_all, shadow_position(position + ahead * spacing * to_sun)) / 3.0;
-    float grazed = 1.0 - min(abs(dot(normal, normalize(ray))), 1.0);  // and most at its outline
+    float grazed = 1.0 - min(across_surface, 1.0);  // and most at its outline
     inside += (2.0 + 12.0 * grazed * grazed * grazed) * against * against * against * through * reached * past_bodies * (1.0 - direct) * deep;
     vec3 sun = sun_light * (mix(vec3(direct), inside, scattered) + thrown_on_by_powder(normal, thin) * past_bodies * sqrt(light.rgb));
     float seen = open_sky(clamp(light.a * open, 0.22, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));

@@ -182,3 +182,20 @@ TEST_CASE("the lit foot of snow over a ground of snow has no dark specks between
     CAPTURE(mean, darkest);
     CHECK(darkest > 0.75 * mean);  // 0.42 if the ground between the lowest grains lay in their shade
 }
+
+TEST_CASE("the level top of a bed is even as far as its far edge", "[renderer]") {
+    Picture picture = small_picture(Quality::final);
+    picture.width = 320, picture.height = 180;
+    const auto renderer = renderer_for(picture);
+    if (!renderer) return;
+    const Image image = renderer->draw({bed(), {}, spacing}, ground, {{0, 0.42, 1.7}, {0, 0.1, 0}, 24}, 0);
+    const auto row = [&](int y) {
+        double sum = 0;
+        for (int x = 100; x < 220; ++x) sum += brightness(image, x, y) / 120;
+        return sum;
+    };
+    double deepest = 0;
+    for (int y = 76; y < 106; ++y) deepest = std::max(deepest, row(y - 4) - row(y));  // all of the top is there
+    CAPTURE(deepest);
+    CHECK(deepest < 3);  // 10 if hollows are measured along the ray: a step would run along the edge
+}
