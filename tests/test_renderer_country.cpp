@@ -37,13 +37,13 @@ TEST_CASE("the country around ends nowhere, is uneven, and leaves the sky over i
     }
 }
 
-TEST_CASE("snow lies in patches on what is level over a ground of snow, on no side and over no other ground",
+TEST_CASE("snow lies in patches on what is level over a ground of snow, on no side, no metal and over no other ground",
           "[renderer]") {
     const auto renderer = renderer_for(small_picture(Quality::preview));
     if (!renderer) return;
-    const auto drawn = [&](Look of_ground, const Vec3d& eye) {
+    const auto drawn = [&](Look of_ground, const Vec3d& eye, Look of_box = Look::automatic) {
         std::vector<Solid> solids = {{{Plane{}}}, {{Box{{0, 0.5, 0}, {12, 1, 12}}}}};
-        solids[0].look = of_ground;
+        solids[0].look = of_ground, solids[1].look = of_box;
         return renderer->draw({{}, {}, spacing}, solids, {eye, {0, 0.5, 0}, 40}, 0);
     };
     const Vec3d over(0, 9, 0.1), beside(0, 0.5, 8);
@@ -60,6 +60,8 @@ TEST_CASE("snow lies in patches on what is level over a ground of snow, on no si
     CHECK(patches > bare.width * bare.height / 20);
     CHECK(patches < bare.width * bare.height / 2);
     CHECK(darker < 20);  // grains in their own shade
+    const Image metal = drawn(Look::snow, over, Look::metal), over_tiles = drawn(Look::tiles, over, Look::metal);
+    CHECK(difference_of(metal, over_tiles).pixels == 0);
     // The whole side: only the light that the ground sends up differs. Snow is twice as bright.
     const Image side = drawn(Look::tiles, beside), in_snow = drawn(Look::snow, beside);
     double least = 255, most = 0;
