@@ -17,7 +17,7 @@ constexpr int longest_picture(Quality quality) { return quality == Quality::fina
 struct Picture {
     int width = 1280, height = 720;    ///< [pixels], 1 to longest_picture each.
     Quality quality = Quality::final;  ///< samples: draft one for 2½×2½ pixels, preview 1, final 2×2 for each.
-    double sun_azimuth = 180;          ///< [degrees] from +x towards +z: where the light comes from.
+    double sun_azimuth = 155;          ///< [degrees] from +x towards +z: where the light comes from.
     double sun_elevation = 32;         ///< [degrees] above the horizon.
     double exposure = 1;               ///< factor on the light before the tone curve.
     double shutter = 0.0052;           ///< how long it is open [s], 45° at 24 a second; spray is drawn along its way.

@@ -66,7 +66,7 @@ vec3 country_before(vec3 colour, vec3 direction, float blur) {
         seen = wood_before(seen, around, high, 400.0, 0.090, 0.85 * clear, mist, blur);
 
         float rise = 0.004 + 0.007 * swell(around, 4.0, 0.33, blur) + 0.0015 * swell(around, 23.0, 0.62, blur);
-        seen = mix(seen, mix(0.85 * light, mist, 0.55), fading(rise - 0.5 * blur, rise + 0.5 * blur, high));
+        seen = mix(seen, mix(0.85 * light, mist, most_haze), fading(rise - 0.5 * blur, rise + 0.5 * blur, high));
         colour = mix(colour, seen, smoothstep(-0.04, 0.0, high));
     }
     return colour;

@@ -142,8 +142,8 @@ vec3 sky_by_normal(vec3 normal) { return sky_light * (0.65 + 0.35 * normal.y + 0
 
 // Light from the country below, a share of which lies in the sun.
 vec3 bounce_by_normal(vec3 normal, float sunlit) {
-    const vec3 shaded = vec3(0.84, 1.0, 1.15);  // much of it lies in blue shade
-    return 0.48 * shaded * ground * (sunlit * max(to_sun.y, 0.0) * sun_light + sky_light) * (0.5 - 0.5 * normal.y);
+    const vec3 shaded = vec3(0.91, 1.0, 1.08);  // some of it lies in blue shade
+    return 0.55 * shaded * ground * (sunlit * max(to_sun.y, 0.0) * sun_light + sky_light) * (0.5 - 0.5 * normal.y);
 }
 
 // Film's answer to light: a toe, contrast, and a shoulder that is never quite white.
@@ -176,8 +176,9 @@ vec3 air_at_horizon(vec3 way) {
     return mix(sky_horizon, 0.8 * light_on_level(), 0.35) + glow_of_air(towards_sun(way), 0.0);
 }
 
-// What comes to the eye through the air between.
+// What comes to the eye through the air between, of which there is only so much before the country around.
+const float most_haze = 0.55;
 vec3 seen_through_air(vec3 colour, float depth, vec3 ray) {
-    float haze = 1.0 - exp(-depth * length(ray) / haze_distance);
+    float haze = most_haze * (1.0 - exp(-depth * length(ray) / (most_haze * haze_distance)));
     return on_film(mix(colour, air_at_horizon(ray), haze));
 }

@@ -9,7 +9,7 @@ Matter matter_of(vec2 at, vec3 n, vec3 u, vec3 v, float width) {
     const mat2 wind = mat2(0.96, 0.28, -0.56, 1.92);  // ridges, twice as long as wide, of a hand's width and more
     vec2 blown = noise_at(wind * at + 0.1 * drift.xz, 2.3, max(width, 0.1)).xy * wind;
     float ridges = 0.045 / (1.0 + 8.0 * width);  // width [m]
-    vec2 slope = near * (0.10 * drift + 0.03 * fine + 0.10 * grain).xy + ridges * blown;
+    vec2 slope = near * (0.11 * drift + 0.035 * fine + 0.10 * grain).xy + ridges * blown;
     return Matter(snow_albedo * (1.0 + near * (0.01 * fine.z + 0.03 * grain.z)),
                   normalize(n - slope.x * u - slope.y * v), 0.0, 0.0, snow_wrap);
 }

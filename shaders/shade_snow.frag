@@ -85,7 +85,7 @@ void main() {
     inside += (2.0 + 12.0 * grazed * grazed * grazed) * against * against * against * through * reached * past_bodies * (1.0 - direct) * deep;
     vec3 sun = sun_light * (mix(vec3(direct), inside, scattered) + thrown_on_by_powder(normal, thin) * past_bodies * sqrt(light.rgb));
     float seen = open_sky(clamp(light.a * open, 0.22, 1.0)) * lifted_by_snow(open_to_bodies(position, normal));
-    seen *= max(1.0 + (0.4 + 1.4 * fading(0.0, 0.4, direct)) * grain_share * dot(grain - normal, brightest_sky()), 0.0);
+    seen *= max(1.0 + (0.4 + 0.9 * fading(0.0, 0.4, direct)) * grain_share * dot(grain - normal, brightest_sky()), 0.0);
     vec3 around = seen * (sky_by_normal(normal) + (0.7 + 0.3 * seen) * bounce_by_normal(normal, min(seen, 1.0)));
     if (coloured) {
         // Shaded only as far as it takes to see the shape: the colours must be those of the scale.

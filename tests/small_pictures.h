@@ -16,6 +16,7 @@ inline constexpr float spacing = 0.02f;  ///< of the particles [m]
 inline Picture small_picture(Quality quality = Quality::draft) {
     Picture picture;
     picture.width = 160, picture.height = 90, picture.quality = quality;
+    picture.sun_azimuth = 180;  // from the left of a camera that looks along −z
     return picture;
 }
 
