@@ -40,9 +40,10 @@ vec3 wood_before(vec3 behind, float around, float high, float count, float tall,
     vec2 tree = tree_tops(around, count, high / tall, 0.10 * bough + 0.20 * twig);
     tree = mix(tree, vec2(0.5, 0.5), smoothstep(0.4, 1.2, blur * count / turn));  // trees finer than that are but a wood
     float top = tall * stands * (0.42 + 0.25 * swell(around, 0.05 * count, 0.3, blur) + 0.65 * tree.x);
-    float frosted = smoothstep(0.0, 1.2, bough + 0.8 * twig + 0.7 * (high / tall) - 0.5);
-    vec3 colour = light_on_level() * mix((0.5 + tree.y) * vec3(0.022, 0.030, 0.028), vec3(0.30, 0.34, 0.39), (0.15 + 0.4 * tree.y) * frosted);
-    colour = mix(mist, colour, clear * (1.0 - 0.45 * exp(-2.5 * max(high, 0.0) / tall)));
+    float frosted = smoothstep(0.0, 1.2, bough + 0.8 * twig + 0.4 * (high / tall) - 0.15);
+    float under_sky = mix(0.35, 1.0, smoothstep(0.0, 0.5, 1.0 - max(top - high, 0.0) / tall));  // lower boughs lie in shade
+    vec3 colour = light_on_level() * mix((0.5 + tree.y) * vec3(0.022, 0.030, 0.028), vec3(0.30, 0.34, 0.39), (0.2 + 0.4 * tree.y) * frosted * under_sky);
+    colour = mix(mist, colour, clear * (1.0 - 0.3 * exp(-2.5 * max(high, 0.0) / tall)));
     float soft = min(5.0 * blur, 0.02 + blur);  // sides of trees are five times as steep
     return mix(behind, colour, fading(top - soft, top + soft, high) * smoothstep(0.0, 0.3, stands));
 }
@@ -63,7 +64,8 @@ vec3 country_before(vec3 colour, vec3 direction, float blur) {
         float clear = 1.0 - 0.45 * towards * towards * towards;  // the nearer to the sun, the more the air shines
         seen = wood_before(seen, around, high - 0.7 * hill, 1060.0, 0.040, 0.30 * clear, mist, blur);
         seen = wood_before(seen, around, high - 0.010, 640.0, 0.060, 0.50 * clear, mist, blur);
-        seen = wood_before(seen, around, high, 400.0, 0.090, 0.85 * clear, mist, blur);
+        seen = wood_before(seen, around, high, 400.0, 0.090, 0.80 * clear, mist, blur);
+        seen = wood_before(seen, around, high, 910.0, 0.034, 0.85 * clear, mist, blur);  // young trees at its edge
 
         float rise = 0.004 + 0.007 * swell(around, 4.0, 0.33, blur) + 0.0015 * swell(around, 23.0, 0.62, blur);
         seen = mix(seen, mix(0.85 * light, mist, most_haze), fading(rise - 0.5 * blur, rise + 0.5 * blur, high));
