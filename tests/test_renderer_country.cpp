@@ -29,7 +29,7 @@ TEST_CASE("the country around ends nowhere, is uneven, and leaves the sky over i
         std::set<int> seen;
         double high = 0;
         for (int x = 1; x < wide.width; ++x) {
-            seen.insert(static_cast<int>(brightness(wide, x, 34)));
+            seen.insert(static_cast<int>(brightness(wide, x, 39)));
             high = std::max(high, std::abs(brightness(wide, x, 4) - brightness(wide, x - 1, 4)));
         }
         CHECK(seen.size() > 10);
