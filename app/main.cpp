@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <malloc.h>
 #include <omp.h>
 #include <unistd.h>
 
@@ -259,8 +260,13 @@ static void wait_without_spinning(char** argv) {
     if (::setenv("GOMP_SPINCOUNT", "1000", 0) == 0) ::execv("/proc/self/exe", argv);
 }
 
+// What is large goes back to the system when it is freed. Otherwise glibc keeps up to 32 MB apiece for later, which a
+// picture's buffers, each of another size, seldom fit: its peak would be a sixth higher. It takes a twentieth of a picture.
+static void give_back_large_buffers() { ::mallopt(M_MMAP_THRESHOLD, 4 << 20); }
+
 int main(int argc, char** argv) {
     wait_without_spinning(argv);
+    give_back_large_buffers();
     open_standard_streams();
     ignore_write_signals();
     CommandLine line;

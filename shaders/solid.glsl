@@ -42,15 +42,13 @@ vec3 cell_at(vec2 at, vec2 size) {
     return vec3(min(border.x, border.y), cell);
 }
 
-// Two from 0 to 1 [PCG, Jarzynski and Olano 2020]; in whole numbers, or each driver would lay tiles of its own.
-vec2 numbers_of(uint n) {
-    n = n * 747796405u + 2891336453u;
+// From 0 to 1 [PCG, Jarzynski and Olano 2020]; in whole numbers, or each driver would lay tiles of its own.
+float hash_at(vec2 cell) {
+    uint n = (uint(int(cell.x)) + 65537u * uint(int(cell.y))) * 747796405u + 2891336453u;
     n = ((n >> ((n >> 28u) + 4u)) ^ n) * 277803737u;
     n = (n >> 22u) ^ n;
-    return vec2(float(n & 65535u), float(n >> 16u)) / 65535.0;
+    return float(n & 65535u) / 65535.0;
 }
-
-float hash_at(vec2 cell) { return numbers_of(uint(int(cell.x)) + 65537u * uint(int(cell.y))).x; }
 
 // A body that stands in the way from a mirror, of one colour: its light, and how far it is. Planes are not looked for.
 vec4 mirrored_body(vec3 from, vec3 way) {
