@@ -16,7 +16,7 @@ Camera framing(const Bounds& box, double aspect_ratio) {
     constexpr double share = 0.62;  // of the picture's half width and height
     const double tan_y = std::tan(camera.field_of_view / 2 * std::numbers::pi / 180);
     const double tan_x = tan_y * aspect_ratio;
-    const Vec3d back = Vec3d(0.25, 0.2, 1).normalized();  // from low down: sky and woods are in the picture
+    const Vec3d back = Vec3d(0.25, 0.2, 1).normalized();  // from low down: the horizon is in the picture
     const Vec3d right = Vec3d(0, 1, 0).cross(back).normalized(), up = back.cross(right);
 
     double distance = 1e-3;

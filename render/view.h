@@ -13,7 +13,7 @@ struct View {
     Eigen::Matrix3f basis;    ///< columns right, up, forward.
     Eigen::Vector2i samples;  ///< size of the buffers that are drawn into.
     float sample_tan;         ///< width of a sample at unit depth [1].
-    float haze_distance;      ///< over which the air takes all but 1/e of the light [m].
+    float haze_distance;      ///< in which air without end would take all but 1/e of the light [m].
     float near_depth;         ///< nothing closer is seen [m]; depths end at infinity.
 
     /// Clip coordinates of a world position; depth in the buffer is 1 − near/z, with z along forward.
