@@ -113,19 +113,18 @@ static std::string load_files(LoadedScene& loaded) {
     return hashes;
 }
 
-// Snow falls: with the bodies belongs the ground beneath them, unless it is far below.
+// Snow falls: with the bodies belongs the ground beneath them, the highest, unless it is far below.
 static Bounds with_ground(Bounds box, const std::vector<Solid>& colliders) {
     const Vec3d middle = 0.5 * (box.lower + box.upper);
     const double far = 3 * (box.upper - box.lower).maxCoeff();
-    double height = box.lower.y();
+    double ground = -INFINITY;
     for (const auto& collider : colliders) {
         const auto* plane = std::get_if<Plane>(&collider.shape);
         if (!plane || plane->normal.y() < 0.5 * plane->normal.norm()) continue;
         const double below = plane->normal.dot(middle - plane->point) / plane->normal.y();
-        const double ground = middle.y() - below;
-        if (ground > box.lower.y() - far) height = std::min(height, ground);
+        ground = std::max(ground, middle.y() - below);
     }
-    box.lower.y() = height;
+    if (ground > box.lower.y() - far) box.lower.y() = std::min(box.lower.y(), ground);
     return box;
 }
 
@@ -137,7 +136,8 @@ static void fill_camera(LoadedScene& loaded) {
         else for (const auto& x : loaded.files[i].x) box.extend(x);
     }
     const auto& picture = loaded.scene.picture;
-    const Camera framed = framing(with_ground(box, loaded.scene.colliders), static_cast<double>(picture.width) / picture.height);
+    const double aspect_ratio = static_cast<double>(picture.width) / picture.height;
+    const Camera framed = framing(with_ground(box, loaded.scene.colliders), aspect_ratio);
     const bool given = loaded.scene.camera.has_value();
     Camera& camera = given ? *loaded.scene.camera : loaded.scene.camera.emplace(framed);
     const auto slope = [](double degrees) { return std::tan(degrees * std::numbers::pi / 360); };

@@ -165,12 +165,15 @@ TEST_CASE("A camera that is not given sees the ground on which the bodies will f
         const double half = camera.field_of_view / 2 * std::numbers::pi / 180;
         // Where the ray at the picture's lower edge passes below the bodies' middle.
         const double steep = std::asin(-forward.y()) + half;
-        return camera.eye.y() - std::tan(steep) * std::hypot(camera.eye.x() - camera.target.x(), camera.eye.z() - camera.target.z());
+        const Vec3d way = camera.eye - camera.target;
+        return camera.eye.y() - std::tan(steep) * std::hypot(way.x(), way.z());
     };
     const std::string plane = "colliders:\n  - shape: {plane: {point: [0, ";
     const double none = lowest_seen("");
     CHECK(lowest_seen(plane + "-1, 0]}}\n") < -1);
     CHECK(lowest_seen(plane + "-1, 0], normal: [1, 1, 0]}}\n") < none);
+    CHECK(lowest_seen(plane + "-1, 0]}}\n  - shape: {plane: {point: [0, -0.4, 0]}}\n") ==
+          lowest_seen(plane + "-0.4, 0]}}\n"));  // snow stops at the upper one
     CHECK(lowest_seen(plane + "-100, 0]}}\n") == none);                   // bodies would be dots
     CHECK(lowest_seen(plane + "-1, 0], normal: [0, -1, 0]}}\n") == none);  // a ceiling
     CHECK(lowest_seen(plane + "-1, 0], normal: [1, 0.1, 0]}}\n") == none);  // a wall
