@@ -52,9 +52,7 @@ std::string Progress::status() const {
                                    static_cast<int>(done_), last_, time_, newest_.dt, steps_per_second_);
     if (newest_.iterations > 0) line += fmt::format(" {} iter.", newest_.iterations);
     if (done_ > first_ && done_ < last_) line += fmt::format(" {} left", duration(seconds_left()));
-    if (unconverged_ > 0) line += fmt::format(" {} solves not converged", unconverged_);
-    if (rejected_ > 0) line += fmt::format(" {} steps rejected", rejected_);
-    return line;
+    return line + Troubles{steps_ - steps_clean_, rejected_, unconverged_}.text();
 }
 
 void Progress::draw(const std::string& line) {
@@ -71,8 +69,7 @@ void Progress::draw(const std::string& line) {
 void Progress::step(const StepReport& report, double frames_done, double time) {
     newest_ = report, done_ = frames_done, time_ = time;
     ++steps_;
-    rejected_ += report.rejected, all_rejected_ += report.rejected;
-    unconverged_ += !report.converged, all_unconverged_ += !report.converged;
+    rejected_ += report.rejected, unconverged_ += !report.converged;
     const double since = Seconds(Clock::now() - told_).count();
     if (style_ != ProgressStyle::automatic || since < (terminal_ ? 0.2 : 20)) return;
     steps_per_second_ = static_cast<double>(steps_ - steps_told_) / since;
@@ -80,7 +77,7 @@ void Progress::step(const StepReport& report, double frames_done, double time) {
         draw(status());
     } else {
         tell(status() + "\n");
-        rejected_ = unconverged_ = 0;
+        forget_troubles();
     }
     steps_told_ = steps_, told_ = Clock::now();
 }
@@ -102,12 +99,11 @@ void Progress::frame(const FrameRecord& r) {
             {"seconds_left",
              std::isfinite(seconds_left()) ? nlohmann::ordered_json(seconds_left()) : nullptr}};
         tell_json(line);
-        rejected_ = unconverged_ = 0;
+        forget_troubles();
     }
     if (terminal_ && (unconverged_ > 0 || rejected_ > 0)) {
-        note(fmt::format("frame {}: {} of {} solves not converged, {} steps rejected", r.frame, unconverged_,
-                         r.steps, rejected_));
-        rejected_ = unconverged_ = 0;
+        note(fmt::format("frame {}{}", r.frame, Troubles{steps_ - steps_clean_, rejected_, unconverged_}.text()));
+        forget_troubles();
     }
 }
 
@@ -136,10 +132,7 @@ void Progress::warning(const std::string& text) {
     else tell(text + "\n");
 }
 
-std::string Progress::troubles() const {
-    if (all_unconverged_ == 0 && all_rejected_ == 0) return "";
-    return fmt::format("; {} solves not converged, {} steps rejected", all_unconverged_, all_rejected_);
-}
+void Progress::forget_troubles() { rejected_ = unconverged_ = 0, steps_clean_ = steps_; }
 
 void Progress::end() {
     if (bar_shown_) tell("\r\x1b[K");

@@ -25,12 +25,12 @@ public:
     void note(const std::string&);  ///< For people: silent with json and none.
     void warning(const std::string&);                                   ///< Always told.
     void end();                                                         ///< Takes the bar away.
-    std::string troubles() const;   ///< "; 3 solves not converged, 2 steps rejected" of the whole run, or nothing.
 
 private:
     using Clock = std::chrono::steady_clock;
     std::string status() const;
     void draw(const std::string& line);
+    void forget_troubles();
     double seconds_left() const;
 
     ProgressStyle style_;
@@ -41,8 +41,7 @@ private:
     long steps_ = 0, steps_told_ = 0;
     StepReport newest_;
     double steps_per_second_ = 0;
-    long rejected_ = 0, unconverged_ = 0;   // since they were last told
-    long all_rejected_ = 0, all_unconverged_ = 0;
+    long rejected_ = 0, unconverged_ = 0, steps_clean_ = 0;     // since they were last told, when there were so many steps
 };
 
 /// "2 h 5 min", "1 min 20 s", "3.2 s"

@@ -24,9 +24,22 @@ struct FrameRecord {
     double encode_seconds = 0;      ///< of encoding and writing the frame's files.
     Totals totals;
     std::size_t peak_nodes = 0;
+    std::size_t nodes = 0, stiff_nodes = 0;     ///< of all steps together: in use, solved for.
+    double simulated = 0;           ///< time since the frame before [s].
+    Ledger ledger;                  ///< where the energy went since the frame before.
+    std::vector<Exchange> exchanges;    ///< with each collider since then.
     std::size_t asleep = 0;         ///< particles that rest at the frame's end.
 
     void add(const StepReport&, double seconds);
+};
+
+/// What went wrong in steps and solves, and how often.
+struct Troubles {
+    long steps = 0, rejected = 0, unconverged = 0;
+    /// "; 12 of 481 steps (2.5 %) rejected, 3 of 481 solves (0.62 %) not converged", or nothing.
+    std::string text() const;
+    /// What to change where more than a hundredth of the steps is one or the other.
+    std::vector<std::string> warnings() const;
 };
 
 /// What run.json holds.
@@ -43,7 +56,7 @@ struct RunRecord {
     FrameRecord& frame(int number);  ///< The frame's record, made if it is not there; they stay in order.
 };
 
-/// "0.1.0"
+/// "0.2.0"
 std::string program_version();
 
 nlohmann::ordered_json to_json(const FrameRecord&);

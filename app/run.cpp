@@ -140,6 +140,12 @@ static void check_output(const RunOptions& options, const OutputFolder& folder) 
                         folder.path.string()));
 }
 
+static Troubles troubles_of(const RunRecord& record) {
+    Troubles all;
+    for (const auto& r : record.frames) all.steps += r.steps, all.rejected += r.rejected, all.unconverged += r.unconverged;
+    return all;
+}
+
 static std::string summary(const Run& run, const RunRecord& record) {
     double simulating = 0, drawing = 0, encoding = 0;
     for (const auto& r : record.frames)
@@ -147,7 +153,7 @@ static std::string summary(const Run& run, const RunRecord& record) {
     const char* const kind = run.options.pictures ? "frames" : "particles";
     return fmt::format("frames {} to {} are in {} (simulating {}, drawing {}, encoding {}){}", run.range.first,
                        run.range.last, (run.folder.path / kind).string(), duration(simulating),
-                       duration(drawing), duration(encoding), run.progress.troubles());
+                       duration(drawing), duration(encoding), troubles_of(record).text());
 }
 
 static int finish(const Run& run, const Pipeline& pipeline) {
@@ -160,6 +166,7 @@ static int finish(const Run& run, const Pipeline& pipeline) {
     if (!run.options.video.empty())
         make_video(run.folder, run.range.first, run.range.last, run.loaded.scene.fps, run.options.video);
     run.progress.note(summary(run, pipeline.record()));
+    for (const auto& warning : troubles_of(pipeline.record()).warnings()) run.progress.warning(warning);
     return 0;
 }
 

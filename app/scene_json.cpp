@@ -51,6 +51,10 @@ struct ObjectWriter {
         json[k.name] = Json::object();
         for (const auto& [name, member] : members) json[k.name][name] = written(member);
     }
+    void either(const Key& a, double first, const Key& b, const std::optional<double>& second) {
+        if (second) json[b.name] = *second;
+        else json[a.name] = first;
+    }
     void either(const Key& a, const Shape& shape, const Key& b, const std::string& file) {
         if (file.empty()) json[a.name] = written(shape);
         else json[b.name] = file;

@@ -32,8 +32,15 @@ inline constexpr auto choices(Integrator) {
                       Choice<Integrator>{"newton", Integrator::newton}};
 }
 inline constexpr auto choices(LinearSolver) {
-    return std::array{Choice<LinearSolver>{"conjugate_residual", LinearSolver::conjugate_residual},
+    return std::array{Choice<LinearSolver>{"conjugate_gradient", LinearSolver::conjugate_gradient},
+                      Choice<LinearSolver>{"conjugate_residual", LinearSolver::conjugate_residual},
                       Choice<LinearSolver>{"minres", LinearSolver::minres}};
+}
+inline constexpr auto choices(Defaults) {
+    return std::array{Choice<Defaults>{"firn", Defaults::firn}, Choice<Defaults>{"paper", Defaults::paper}};
+}
+inline constexpr auto choices(Stiff) {
+    return std::array{Choice<Stiff>{"weighted", Stiff::weighted}, Choice<Stiff>{"all", Stiff::all}};
 }
 inline constexpr auto choices(Transfer) {
     return std::array{Choice<Transfer>{"flip", Transfer::flip}, Choice<Transfer>{"apic", Transfer::apic}};
@@ -139,18 +146,27 @@ template <class V> void describe_kinds(V& v, ShapeUse use) {
 }
 
 template <class V> void describe(V& v, Solver& s) {
+    v.key({"defaults", "whose values stand for what is not given here; paper: the step as it was published"}, s.defaults);
     v.key({"integrator", "explicit, the paper's semi-implicit step, or fully implicit by Newton's method"}, s.integrator);
-    v.key({"beta", "semi_implicit: 0.5 trapezoidal, 1 backward Euler", "", above(0).up_to(1)}, s.beta);
+    v.key({"beta", "semi_implicit: Newmark's; stable from gamma/2 on", "", above(0).up_to(1)}, s.beta);
+    v.key({"gamma", "semi_implicit: Newmark's; 0.5 takes no energy, more damps what is implicit; auto: beta + 0.5, the paper's equation",
+           "", at_least(0.5).up_to(1.5)}, s.gamma);
+    v.key({"stiff", "semi_implicit: weighted makes a particle as implicit as its stiffness asks for, all makes each wholly so"}, s.stiff);
+    v.key({"stiff_limit", "speed of sound times dt over grid_spacing from which on a particle is implicit; auto: where explicit steps end",
+           "", above(0).up_to(10)}, s.stiff_limit);
+    v.key({"strain_limit", "greatest strain of an automatic time step", "", above(0).up_to(0.5)}, s.strain_limit);
     v.key({"dt", "time step, or auto: bounded by the flow, and by the wave speed when explicit", "s",
            above(0).up_to(1e3)}, s.dt);
     v.key({"max_dt", "upper bound of an automatic time step", "s", above(0).up_to(1e3)}, s.max_dt);
     v.key({"transfer", "how velocities go from particles to grid and back"}, s.transfer);
-    v.key({"flip_blend", "share of FLIP, the rest is PIC; lower damps more", "", at_least(0).up_to(1)},
-          s.flip_blend);
+    v.either({"flip_damping", "rate at which the share of FLIP in a velocity goes over to PIC", "1/s", at_least(0).up_to(1e6)},
+             s.flip_damping,
+             {"flip_blend", "the paper's: share of FLIP in every step, however short; smaller steps damp more", "", at_least(0).up_to(1)},
+             s.flip_blend);
     v.key({"weights", "shape functions of the grid"}, s.weights);
     v.key({"precision", "of particles and grid"}, s.precision);
     v.key({"initial_volume", "grid: the paper's step 2; sampled: mass over density"}, s.initial_volume);
-    v.key({"linear_solver", "of the implicit integrators; minres survives indefinite systems"}, s.linear_solver);
+    v.key({"linear_solver", "of the implicit integrators; conjugate_gradient uses the stiffness of unstrained snow, the others that of strained snow"}, s.linear_solver);
     v.key({"tolerance", "relative residual of the solve", "", above(0).below(1)}, s.tolerance);
     v.key({"max_iterations", "of a linear solve", "", at_least(1).up_to(10000)}, s.max_iterations);
     v.key({"rest_speed", "snow that is slower for rest_time sleeps until something moves it; 0: never", "m/s",

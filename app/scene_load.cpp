@@ -27,6 +27,9 @@ static std::vector<std::string> names(const std::map<std::string, Snow>& materia
 static void assign_materials(ReadScene& read, Problems& problems) {
     auto& materials = read.scene.materials;
     if (materials.empty()) materials["snow"] = Snow{};
+    for (auto& [name, snow] : materials)
+        if (read.scene.solver.defaults == Defaults::paper && !read.given(fmt::format("materials.{}.max_density", name)))
+            snow.max_density = Snow::endless;
     for (std::size_t i = 0; i < read.scene.bodies.size(); ++i) {
         auto& body = read.scene.bodies[i];
         const std::string path = fmt::format("bodies.{}.material", i), all = join(names(materials));

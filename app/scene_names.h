@@ -10,6 +10,9 @@ namespace firn {
 struct Names {
     std::vector<std::string> names;
     template <class T, class... Use> void key(const Key& k, T&, Use...) { names.push_back(k.name); }
+    void either(const Key& a, double&, const Key& b, std::optional<double>&) {
+        names.emplace_back(a.name), names.emplace_back(b.name);
+    }
     void either(const Key& a, Shape&, const Key& b, std::string&) {
         names.push_back(a.name);
         names.push_back(b.name);

@@ -225,6 +225,16 @@ struct ObjectReader {
             reader.missing(node, child_path(path, a.name),
                            fmt::format("is missing; a body needs {} or {}", a.name, b.name));
     }
+
+    /// Of two numbers that say the same the one that is given; `second` is none where the first is.
+    void either(const Key& a, double& first, const Key& b, std::optional<double>& second) {
+        const Yaml* given = node.find(b.name);
+        if (node.find(a.name)) second.reset();
+        key(a, first);
+        if (double number = 0; given) key(b, number), second = number;
+        if (node.find(a.name) && given)
+            reader.missing(*given, child_path(path, b.name), fmt::format("stands beside {}, which says the same; keep one of them", a.name));
+    }
 };
 
 // Reads the shape of the kind that was asked for.
@@ -340,7 +350,12 @@ ReadScene read_scene(const Yaml& root, Problems& problems) {
     else if (root.kind != Yaml::Kind::mapping)
         problems.add(root.place, "",
                      fmt::format("the scene is {}; it must be a mapping (key: value)", kind_of(root)));
-    else Reader(problems, read.places).object(root, "", read.scene);
+    else {
+        const Yaml* solver = root.find("solver");
+        const Yaml* defaults = solver && solver->kind == Yaml::Kind::mapping ? solver->find("defaults") : nullptr;
+        if (defaults && defaults->text == name_of(Defaults::paper)) read.scene.solver = Solver::paper();
+        Reader(problems, read.places).object(root, "", read.scene);
+    }
     return read;
 }
 

@@ -52,7 +52,7 @@ struct SchemaWriter {
     Form form;
     Json properties = Json::object();
     Json required = Json::array();
-    Json one_of = nullptr;
+    Json one_of = nullptr, not_both = nullptr;
 
     template <class T, class... Use> void key(const Key& k, T& member, Use... use) {
         Json schema = schema_of(k, member, use...);
@@ -71,6 +71,12 @@ struct SchemaWriter {
         one_of = {{{"required", {a.name}}}, {{"required", {b.name}}}};
     }
 
+    void either(const Key& a, double& first, const Key& b, std::optional<double>&) {
+        key(a, first);
+        properties[b.name] = with_range({{"type", "number"}, {"description", b.help}}, b.range);
+        not_both = {{"required", {a.name, b.name}}};
+    }
+
     Json schema_of(const Key& k, double& v) {
         return with_default(with_range({{"type", "number"}}, k.range), k, v);
     }
@@ -78,9 +84,9 @@ struct SchemaWriter {
         return with_default(with_range({{"type", "integer"}}, k.range), k, v);
     }
     Json schema_of(const Key& k, bool& v) { return with_default({{"type", "boolean"}}, k, v); }
-    Json schema_of(const Key& k, std::optional<double>&) {
+    Json schema_of(const Key& k, std::optional<double>& v) {
         return {{"anyOf", {{{"const", "auto"}}, with_range({{"type", "number"}}, k.range)}},
-                {"default", "auto"}};
+                {"default", v ? Json(*v) : Json("auto")}};
     }
     Json schema_of(const Key& k, Vec3d& v) {
         return with_default(vector_schema(k.range), k, Json{v[0], v[1], v[2]});
@@ -121,6 +127,7 @@ template <class T> static Json object_schema(Form form) {
     if (form == Form::changes) schema["patternProperties"] = {{"\\.", Json::object()}};  // dotted paths
     if (!writer.required.empty()) schema["required"] = writer.required;
     if (form == Form::whole && !writer.one_of.is_null()) schema["oneOf"] = writer.one_of;
+    if (!writer.not_both.is_null()) schema["not"] = writer.not_both;
     return schema;
 }
 

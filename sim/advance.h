@@ -1,21 +1,35 @@
 #pragma once
+#include "sim/account.h"
 #include "sim/rest.h"
 #include "sim/step.h"
+#include "sim/strain_rates.h"
 
 namespace firn {
+
+/// Energies between the steps [J], for the ledger.
+struct Between {
+    double trial = 0;       ///< Σ V⁰ Ψ of F̂_E, before the return mapping.
+    double kinetic = 0;     ///< Σ ½ m v² after step 8, before the bodies.
+    void include(const Between& b) { trial += b.trial, kinetic += b.kinetic; }
+};
 
 /// Extremes of one block while it is gathered, eight particles at a time: squares, and sums in double.
 template <class Real> struct ExtremesOfLanes {
     using P = Pack<Real, lanes>;
     P speed2{0}, wave2{0}, rate2{0};
-    Pack<double, lanes> energy{0}, height{0};
+    Pack<double, lanes> kinetic{0}, elastic{0}, height{0}, trial{0}, free{0};
 
     Extremes reduced() const {
         Extremes e;
         for (int l = 0; l < lanes; ++l)
-            e.include({double(speed2[l]), double(wave2[l]), double(rate2[l]), energy[l], height[l]});
+            e.include({double(speed2[l]), double(wave2[l]), double(rate2[l]), 0, kinetic[l], elastic[l], height[l]});
         e.speed = std::sqrt(e.speed), e.wave = std::sqrt(e.wave), e.strain_rate = std::sqrt(e.strain_rate);
         return e;
+    }
+    Between between() const {
+        Between b;
+        for (int l = 0; l < lanes; ++l) b.trial += trial[l], b.kinetic += free[l];
+        return b;
     }
 };
 
@@ -27,6 +41,7 @@ template <class Real> struct Motion {
     const std::vector<Collider>& colliders;
     double t;                       ///< [s]
     double rest_speed, rest_time;   ///< of Solver [m/s], [s].
+    double mass;                    ///< of all particles [kg].
 };
 
 /// A particle that is nowhere any more.
@@ -35,17 +50,24 @@ struct Lost { std::uint32_t id; Vec3d x; };
 /// What they leave behind.
 template <class Real> struct Advanced {
     Extremes extremes;
+    Between between;
+    double slept = 0;                                       ///< kinetic energy lost by what fell asleep [J].
+    std::vector<Exchange> exchanges;                        ///< of each body with the particles.
     std::vector<std::vector<Departure<Real>>> departures;   ///< of each block.
     std::vector<Lost> lost;
 };
 
-/// Step 9 for eight particles at xⁿ, `count` of which there are.
+/// Step 9 for eight particles at xⁿ with the masses m, `count` of which there are.
 template <class Real>
-void collide_particles(const Vec3<Pack<Real, lanes>>& x, Vec3<Pack<Real, lanes>>& v, int count, const Motion<Real>& motion) {
+void collide_particles(const Vec3<Pack<Real, lanes>>& x, Vec3<Pack<Real, lanes>>& v, const Pack<Real, lanes>& m, int count,
+                       const Motion<Real>& motion, std::vector<Exchange>& exchanges) {
+    exchanges.resize(motion.colliders.size());
     for (int l = 0; l < count; ++l) {
-        const Vec3d v_l = collide(Vec3d(x(0)[l], x(1)[l], x(2)[l]), Vec3d(v(0)[l], v(1)[l], v(2)[l]), motion.colliders,
-                                  motion.t).v;
-        for (int a = 0; a < 3; ++a) v(a).lanes[l] = Real(v_l(a));
+        const Vec3d at(x(0)[l], x(1)[l], x(2)[l]), before(v(0)[l], v(1)[l], v(2)[l]);
+        const Collided c = collide(at, before, motion.colliders, motion.t);
+        if (!c.touched) continue;
+        share_out(at, double(m[l]) * (c.v - before), motion.colliders, motion.t, exchanges);
+        for (int a = 0; a < 3; ++a) v(a).lanes[l] = Real(c.v(a));
     }
 }
 
@@ -61,18 +83,25 @@ Advanced<Real> advance(Particles<Real>& ps, Grid<Real>& grid, const Motion<Real>
     const Real h = grid.h;
     std::vector<ParticleBlock>& blocks = grid.blocks.particle_blocks;
     std::vector<Extremes> extremes(blocks.size());
+    std::vector<Between> between(blocks.size());
+    std::vector<std::vector<Exchange>> exchanges(blocks.size());
     Advanced<Real> all;
+    std::vector<StrainRates> rates(omp_get_max_threads());
     all.departures.resize(blocks.size());
     const auto all_blocks = static_cast<std::ptrdiff_t>(blocks.size());
 #pragma omp parallel for schedule(static)
     for (std::ptrdiff_t n = 0; n < all_blocks; ++n)
-        if (blocks[n].asleep()) extremes[n] = advance_lump(ps.lumps[blocks[n].lump], motion.dt);
+        if (blocks[n].asleep()) {
+            extremes[n] = advance_lump(ps.lumps[blocks[n].lump], motion.dt);
+            between[n] = {extremes[n].elastic, extremes[n].kinetic};
+        }
     gather_blocks<BSpline<kind>::width>(grid.blocks, grid.nodes, [&](std::size_t n, const auto& tile) {
         ParticleBlock& b = blocks[n];
         const Vec3<Real> origin = (block_width * b.coordinates).cast<Real>();
         const Vec3d center = double(h) * (block_width * b.coordinates.cast<double>() + Vec3d::Constant(BSpline<kind>::center));
         const bool contact = near(motion.colliders, center, std::sqrt(3.0) * block_width / 2 * (1 + 1e-5) * h, motion.t);
         ExtremesOfLanes<Real> sum;
+        StrainRates& own_rates = rates[omp_get_thread_num()];
         b.bases = 0;
         std::vector<std::uint32_t> leaving;
         for (std::size_t k = 0; k < b.groups.size(); ++k) {
@@ -97,15 +126,20 @@ Advanced<Real> advance(Particles<Real>& ps, Grid<Real>& grid, const Motion<Real>
             } else {
                 v += (motion.rest_speed > 0 ? seen.share : P(motion.flip_blend)) * vectors_of(ps.v, g);
             }
-            if (contact) collide_particles(x, v, count, motion);
+            const P m = ps.m.pack(g), V0 = ps.V0.pack(g);
+            sum.free += doubles(P(m * v.squaredNorm() / P(2)));
+            if (contact) collide_particles(x, v, m, count, motion, exchanges[n]);
             const Vec3<P> x_new = x + P(motion.dt) * v;
             store(ps.v, g, v), store(ps.x, g, x_new);
 
-            const P m = ps.m.pack(g), V0 = ps.V0.pack(g), speed2 = v.squaredNorm();
+            const P speed2 = v.squaredNorm();
             sum.speed2 = maximum(sum.speed2, speed2);
             sum.wave2 = maximum(sum.wave2, select(m > P(0), P((r.k.lambda + P(2) * r.k.mu) * V0 / m), P(0)));
-            sum.rate2 = maximum(sum.rate2, P(seen.gradient.squaredNorm()));
-            sum.energy += doubles(P(m * speed2 / P(2) + V0 * r.energy_density));
+            const P rate2 = seen.gradient.squaredNorm();
+            sum.rate2 = maximum(sum.rate2, rate2);
+            for (int l = 0; l < count; ++l) own_rates.add(float(rate2[l]), StrainRates::units(m[l] / motion.mass));
+            sum.kinetic += doubles(P(m * speed2 / P(2)));
+            sum.elastic += doubles(P(V0 * r.energy_density)), sum.trial += doubles(P(V0 * r.trial_density));
             sum.height += doubles(P(m * (P(motion.gravity(0)) * x_new(0) + P(motion.gravity(1)) * x_new(1) +
                                          P(motion.gravity(2)) * x_new(2))));
 
@@ -130,14 +164,22 @@ Advanced<Real> advance(Particles<Real>& ps, Grid<Real>& grid, const Motion<Real>
             }
         }
         for (std::size_t i = leaving.size(); i-- > 0;) all.departures[n][i].particle = take_out(ps, b, leaving[i]);
-        extremes[n] = sum.reduced();
+        extremes[n] = sum.reduced(), between[n] = sum.between();
         b.quiet = extremes[n].speed < motion.rest_speed ? b.quiet + motion.dt : 0;
     });
     for (std::size_t n = 0, free = 0; n < blocks.size(); ++n)
         if (blocks[n].quiet > motion.rest_time && all.departures[n].empty() && !blocks[n].asleep() &&
-            !near_moving(motion.colliders, blocks[n], h, motion.t))
-            fall_asleep(ps, blocks[n], extremes[n], free);
+            !near_moving(motion.colliders, blocks[n], h, motion.t)) {
+            const double lost = fall_asleep(ps, blocks[n], extremes[n], free);
+            all.slept += lost, extremes[n].kinetic -= lost;
+        }
     for (const Extremes& e : extremes) all.extremes.include(e);
+    for (const Between& b : between) all.between.include(b);
+    all.exchanges.resize(motion.colliders.size());
+    for (const auto& of_block : exchanges)
+        for (std::size_t c = 0; c < of_block.size(); ++c) all.exchanges[c] += of_block[c];
+    for (std::size_t i = 1; i < rates.size(); ++i) rates[0].add(rates[i]);
+    all.extremes.bulk_rate = std::sqrt(rates[0].above_all_but(1e-3));
     return all;
 }
 

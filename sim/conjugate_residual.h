@@ -8,6 +8,7 @@ namespace firn {
 struct Convergence {
     int iterations = 0;
     bool converged = true;
+    std::size_t unknowns = 0;       ///< nodes that were solved for.
     std::vector<float> history{};   ///< ‖b − E x‖ / ‖b‖ at the start and after every iteration [1].
     double residual() const { return history.empty() ? 0 : history.back(); }
 };

@@ -3,12 +3,12 @@
 
 namespace firn {
 
-/// ∂²Φ/∂x² of all particles at F_Eⁿ with μ, λ frozen, matrix-free: A_p of report (4) through `KirchhoffDifferential`.
-///                                                                                               report, (3)
+/// ∂²Φ/∂x² of the implicit particles at F_Eⁿ with μ, λ frozen, matrix-free: A_p of report (4) through
+/// `KirchhoffDifferential`.                                                                       report, (3)
 template <class Real, Weights kind> class Hessian {
 public:
-    explicit Hessian(const Elements<Real, kind>& elements) : elements_(elements), particles_(elements.size()) {
-        elements.for_each([&](std::size_t n, const Element<Real, kind>& e) { particles_[n] = {left_strain(e.Fe), e.k}; });
+    Hessian(const Elements<Real, kind>& elements, const Particles<Real>& ps) : elements_(elements), particles_(elements.size()) {
+        elements.for_each([&](std::size_t n, const Element<Real, kind>& e) { particles_[n] = {left_strain(strains_of(ps, e)), e.k}; });
     }
     /// f_i = (∂²Φ/∂x² u)_i = Σ_p V_p⁰ A_p F_Eᵀ ∇w_ip
     void operator()(const NodeField<Real>& u, NodeField<Real>& f) const {
@@ -19,6 +19,25 @@ public:
 private:
     const Elements<Real, kind>& elements_;
     Pages<KirchhoffDifferential<Pack<Real, lanes>>> particles_;
+};
+
+/// The same for F_E = I, Hooke's law:  A_p F_Eᵀ = 2μ sym G + λ tr G I. It is positive semi-definite, needs nothing of a
+/// particle but its stiffness, and a rotation makes no force in it, so that a solve neither slows a spin nor starts one.
+template <class Real, Weights kind> class LinearElasticHessian {
+public:
+    explicit LinearElasticHessian(const Elements<Real, kind>& elements) : elements_(elements) {}
+    void operator()(const NodeField<Real>& u, NodeField<Real>& f) const {
+        using P = Pack<Real, lanes>;
+        elements_.map_gradients(u, f, [](std::size_t, const Element<Real, kind>& e, const Mat3<P>& G) {
+            Mat3<P> A = e.k.mu * (G + G.transpose());
+            const P pressure = e.k.lambda * G.trace();
+            for (int i = 0; i < 3; ++i) A(i, i) += pressure;
+            return A;
+        });
+    }
+
+private:
+    const Elements<Real, kind>& elements_;
 };
 
 }  // namespace firn

@@ -7,27 +7,52 @@
 
 namespace firn {
 
-template <Weights kind, class Real>
-Convergence solve_implicit(const Particles<Real>& ps, Grid<Real>& grid,
-                           const std::vector<SnowModel<Real>>& materials,
-                           const std::vector<FixedNode<Real>>& fixed, double dt, const Solver& solver) {
-    const Elements<Real, kind> elements(ps, grid, materials);
-    const Hessian<Real, kind> hessian(elements);
-    const double factor = solver.beta * dt * dt;
-    const System<Real, kind> system(elements, grid, fixed, factor);
+// With x₀ = vⁿ, and v* in what contact fixed there, and u = vⁿ⁺¹ − x₀ the equation of solve_implicit reads
+//
+//   (M + β Δt² H) u = M (v* − x₀) − Δt² H (β (x₀ − vⁿ) + (γ − ½) vⁿ).
+//
+// v* itself, the explicit step's end, would be a start that is far off wherever that step is unstable.
 
-    const NodeField<Real> v_star = velocities(grid);
-    NodeField<Real> b, dv(grid.size());
-    hessian(v_star, b);
-    b.scale(-factor);  // b = −β Δt² ∂²Φ/∂x² v*
-    system.scale(b);
-    const double floor = 4 * std::numeric_limits<Real>::epsilon() * std::sqrt(system.dot(v_star, v_star));
-    const Convergence c =
-        system.solve(dv, b, hessian, solver.linear_solver, {solver.tolerance, floor, solver.max_iterations});
-    system.conserve_momentum(dv);
-    dv.for_each([&](std::ptrdiff_t i) {
-        for (int a = 0; a < 3; ++a) grid.nodes[i].lanes[a] += dv.at[i][a];
+template <Weights kind, class Real>
+Convergence solve_implicit(const Particles<Real>& ps, Grid<Real>& grid, const std::vector<SnowModel<Real>>& materials,
+                           const StiffnessLimits& limits, std::vector<FixedNode<Real>>& fixed, double dt, const Solver& solver) {
+    using N4 = NodeVector<Real>;
+    const Elements<Real, kind> elements(ps, grid, materials, limits);
+    if (elements.size() == 0) return {};
+    const bool hooke = solver.linear_solver == LinearSolver::conjugate_gradient;
+    System<Real, kind> system(elements, grid, fixed, solver.beta * dt * dt, hooke);
+    const double damping = solver.gamma.value_or(solver.beta + 0.5) - 0.5;
+    const Pages<Real>& m = system.masses();
+    const std::vector<std::uint32_t>& nodes = elements.grid_nodes();
+
+    NodeField<Real> v_star(nodes.size()), x0(nodes.size()), y(nodes.size()), b(nodes.size()), u(nodes.size());
+    v_star.for_each([&](std::ptrdiff_t i) {
+        const Node<Real>& n = grid.nodes[nodes[i]];
+        v_star.at[i] = N4::of(n[0], n[1], n[2], 0), y.at[i] = N4::of(n[4], n[5], n[6], 0);
     });
+    x0 = v_star, x0.axpy(-1, y);                            // v* − vⁿ
+    NodeField<Real> free = x0;
+    system.project(free);
+    x0.axpy(-1, free), x0.axpy(1, y);                       // vⁿ + (I − P)(v* − vⁿ)
+    y.for_each([&](std::ptrdiff_t i) { y.at[i] = N4(Real(solver.beta)) * (x0.at[i] - y.at[i]) + N4(Real(damping)) * y.at[i]; });
+
+    const auto go = [&](const auto& hessian) {
+        hessian(y, b);
+        b.for_each([&](std::ptrdiff_t i) { b.at[i] = N4(m[i]) * (v_star.at[i] - x0.at[i]) - N4(Real(dt * dt)) * b.at[i]; });
+        const double floor = 4 * std::numeric_limits<Real>::epsilon() * std::sqrt(system.dot(v_star, v_star));
+        return system.solve(u, b, hessian, solver.linear_solver, solver.tolerance, floor, solver.max_iterations);
+    };
+    Convergence c = hooke ? go(LinearElasticHessian<Real, kind>(elements)) : go(Hessian<Real, kind>(elements, ps));
+    u.for_each([&](std::ptrdiff_t i) {
+        for (int a = 0; a < 3; ++a) grid.nodes[nodes[i]].lanes[a] = x0.at[i][a] + u.at[i][a];
+    });
+    for (FixedNode<Real>& f : fixed) {
+        const std::uint32_t i = elements.number_of(f.node);
+        if (i == no_slot) continue;
+        const Vec3<Real> r(b.at[i][0], b.at[i][1], b.at[i][2]);
+        f.impulse -= r - f.free * r;
+    }
+    c.unknowns = nodes.size();
     return c;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
+#include "sim/conjugate_gradient.h"
 #include "sim/elements.h"
 #include "sim/minres.h"
+#include "sim/pieces.h"
 #include "sim/settings.h"
 
 #include <algorithm>
@@ -8,74 +10,84 @@
 
 namespace firn {
 
+/// The nodes that contact fixed and that implicit particles reach, by their new numbers.
+template <class Real, Weights kind>
+std::vector<FixedNode<Real>> among(const Elements<Real, kind>& elements, const std::vector<FixedNode<Real>>& fixed) {
+    std::vector<FixedNode<Real>> own;
+    for (const FixedNode<Real>& f : fixed)
+        if (const std::uint32_t i = elements.number_of(f.node); i != no_slot) own.push_back({.node = i, .free = f.free});
+    return own;
+}
+
 /// The linear system of an implicit step,  (M + β Δt² H) u = b  in the directions that contact left free, scaled by
 /// D = diag(M) + β Δt² diag(H):  E u = D⁻¹ (M + β Δt² H) u  is symmetric in the dot product a·D b.
 template <class Real, Weights kind> class System {
 public:
-    /// `factor` is β Δt².
-    System(const Elements<Real, kind>& elements, const Grid<Real>& grid, const std::vector<FixedNode<Real>>& fixed,
-           double factor)
-        : factor_(factor), fixed_(fixed), m_(grid.size()), D_(grid.size()) {
-        const Pages<Real> stiffness = elements.diagonal();
-        for (std::size_t i = 0; i < m_.size(); ++i) m_[i] = grid.nodes[i][3], D_[i] = m_[i] + Real(factor) * stiffness[i];
+    /// `factor` is β Δt²; `rotations`: H knows no force of a rotation.
+    System(const Elements<Real, kind>& elements, const Grid<Real>& grid, const std::vector<FixedNode<Real>>& fixed, double factor,
+           bool rotations)
+        : factor_(factor), fixed_(among(elements, fixed)), m_(masses(elements, grid)), D_(elements.diagonal()),
+          pieces_(elements, grid, m_, fixed_, rotations) {
+        for (std::size_t i = 0; i < m_.size(); ++i) D_[i] = m_[i] + Real(factor) * D_[i];
+        inverse_D_.resize(m_.size());
+        for (std::size_t i = 0; i < m_.size(); ++i) inverse_D_[i] = m_[i] > 0 ? 1 / D_[i] : 0;
     }
     const Pages<Real>& masses() const { return m_; }                           ///< [kg]
+    const std::vector<FixedNode<Real>>& fixed() const { return fixed_; }
     double dot(const NodeField<Real>& a, const NodeField<Real>& b) const { return weighted_dot(D_, a, b); }
-
     double weight() const { return std::accumulate(D_.begin(), D_.end(), 0.0); }    ///< Σ D_i [kg]
 
-    /// b ← D⁻¹ b, free directions only.
-    void scale(NodeField<Real>& b) const {
-        using N4 = NodeVector<Real>;
-        b.for_each([&](std::ptrdiff_t i) { b.at[i] *= N4(m_[i] > 0 ? 1 / D_[i] : Real(0)); });
-        project(fixed_, b);
-    }
-    /// u from 0, for b that has been scaled.
+    /// b ← D⁻¹ b; D⁻¹ b → b
+    void scale(NodeField<Real>& b) const { b.for_each([&](std::ptrdiff_t i) { b.at[i] *= NodeVector<Real>(inverse_D_[i]); }); }
+    void unscale(NodeField<Real>& b) const { b.for_each([&](std::ptrdiff_t i) { b.at[i] *= NodeVector<Real>(D_[i]); }); }
+    /// Free directions only.
+    void project(NodeField<Real>& u) const { firn::project(fixed_, u); }
+
+    /// u from 0 for the right side b; b becomes the residual, which holds u where contact fixed something. `floor`: of the
+    /// residual's norm, scaled.
     template <class H>
-    Convergence solve(NodeField<Real>& u, const NodeField<Real>& b, const H& hessian, LinearSolver method, const Stopping& stop) const {
+    Convergence solve(NodeField<Real>& u, NodeField<Real>& b, const H& hessian, LinearSolver method, double tolerance, double floor,
+                      int max_iterations) {
         using N4 = NodeVector<Real>;
         const auto E = [&](const NodeField<Real>& a, NodeField<Real>& Ea) {
             hessian(a, Ea);
-            Ea.for_each([&](std::ptrdiff_t i) { Ea.at[i] = N4(m_[i]) * a.at[i] + N4(Real(factor_)) * Ea.at[i]; });
-            scale(Ea);
+            Ea.for_each([&](std::ptrdiff_t i) { Ea.at[i] = N4(inverse_D_[i]) * (N4(m_[i]) * a.at[i] + N4(Real(factor_)) * Ea.at[i]); });
         };
+        const auto free_E = [&](const NodeField<Real>& a, NodeField<Real>& Ea) { E(a, Ea), project(Ea); };
         const auto product = [&](const NodeField<Real>& a, const NodeField<Real>& c) { return dot(a, c); };
-        return method == LinearSolver::minres ? minres(u, b, E, product, stop) : conjugate_residual(u, b, E, product, stop);
-    }
-
-    /// Internal forces make no momentum, but a solve that ends early would leave some, of the tolerance's size:
-    /// takes it from the nodes' changes of velocity, in proportion to their size, along every axis along which
-    /// contact fixed nothing.
-    void conserve_momentum(NodeField<Real>& change) const {
-        using D4 = Pack<double, 4>;
-        D4 momentum(0);
-        double weight = 0;
-        for (std::size_t i = 0; i < m_.size(); ++i) {
-            const NodeVector<Real>& dv = change.at[i];
-            momentum += D4(double(m_[i])) * D4::of(dv[0], dv[1], dv[2], 0);
-            weight += double(m_[i]) * std::sqrt(double((dv * dv)[0] + (dv * dv)[1] + (dv * dv)[2]));
+        NodeField<Real> all = b;
+        scale(all), project(all);
+        const double norm_b = std::sqrt(dot(all, all));
+        pieces_.balance(u, b);
+        scale(b);
+        Convergence c;
+        if (method == LinearSolver::conjugate_gradient) {
+            c = conjugate_gradient(u, b, norm_b, E, [&](NodeField<Real>& a) { project(a); }, product, {tolerance, floor, max_iterations});
+        } else {
+            NodeField<Real> r = b, du(u.at.size());
+            project(r);
+            const double norm_r = std::sqrt(dot(r, r));
+            const Stopping stop{norm_r > 0 ? tolerance * norm_b / norm_r : 1, floor, max_iterations};
+            c = method == LinearSolver::minres ? minres(du, r, free_E, product, stop) : conjugate_residual(du, r, free_E, product, stop);
+            E(du, r);
+            u.axpy(1, du), b.axpy(-1, r);
         }
-        NodeVector<Real> excess(0);
-        for (int a = 0; a < 3 && weight > 0; ++a)
-            if (std::all_of(fixed_.begin(), fixed_.end(), [a](const FixedNode<Real>& f) { return f.free(a, a) == 1; }))
-                excess.lanes[a] = Real(momentum[a] / weight);
-        change.for_each([&](std::ptrdiff_t i) {
-            const NodeVector<Real> squared = change.at[i] * change.at[i];
-            change.at[i] -= NodeVector<Real>(std::sqrt(squared[0] + squared[1] + squared[2])) * excess;
-        });
+        unscale(b);
+        pieces_.balance(u, b);
+        return c;
     }
 
 private:
-    double factor_;
-    const std::vector<FixedNode<Real>>& fixed_;
-    Pages<Real> m_, D_;
-};
+    static Pages<Real> masses(const Elements<Real, kind>& elements, const Grid<Real>& grid) {
+        Pages<Real> m(elements.nodes());
+        for (std::size_t i = 0; i < m.size(); ++i) m[i] = grid.nodes[elements.grid_nodes()[i]][3];
+        return m;
+    }
 
-/// v* of the nodes that hold (v*, m | …).
-template <class Real> NodeField<Real> velocities(const Grid<Real>& grid) {
-    NodeField<Real> v(grid.size());
-    v.for_each([&](std::ptrdiff_t i) { v.at[i] = NodeVector<Real>::of(grid.nodes[i][0], grid.nodes[i][1], grid.nodes[i][2], 0); });
-    return v;
-}
+    double factor_;
+    std::vector<FixedNode<Real>> fixed_;
+    Pages<Real> m_, D_, inverse_D_;         ///< inverse: 0 where weights that vanish leave a node without mass.
+    Pieces<Real, kind> pieces_;
+};
 
 }  // namespace firn

@@ -37,10 +37,12 @@ public:
 private:
     bool take_step(double dt, StepReport&);
     double wanted_dt() const;
+    double courant() const;
     std::vector<std::size_t> places() const;
     std::vector<float> in_order(const Field<Real, 3>&) const;
     void check_start(const ParticleSet&) const;
     void check_energy();
+    void balance_energy(const NodeAccount&, const Advanced<Real>&, StepReport&) const;
     [[noreturn]] void fail(const std::string& what) const;
     [[noreturn]] void fail_lost(const std::vector<Lost>&) const;
 
@@ -52,6 +54,7 @@ private:
     std::vector<Offender> offenders_;       ///< of the last attempt.
     Extremes extremes_;                     ///< after the last step.
     struct { double start, lowest, highest; } energy_;  ///< Σ ½ m v² + V⁰ Ψ at the start; range of Σ m g·x [J].
+    double mass_ = 0;                       ///< of all particles [kg].
     double resting_ = 0;                    ///< ½ m v² of all at `rest_speed` [J].
     double stiffness_ = 0;                  ///< Σ (λ + 2μ) V⁰ at the start [J].
     double t_ = 0;                          ///< [s]
@@ -64,24 +67,25 @@ template <class Real, Weights kind, Transfer transfer>
 bool Method<Real, kind, transfer>::take_step(double dt, StepReport& report) {
     const Solver& solver = setup_.solver;
     const Vec3<Real> g = setup_.gravity.cast<Real>();
-    const Real flip_blend = transfer == Transfer::apic ? Real(0) : Real(solver.flip_blend);
+    const Real flip_blend = transfer == Transfer::apic ? Real(0) : Real(solver.flip_blend.value_or(std::exp(-dt * solver.flip_damping)));
     const Motion<Real> motion{Real(dt), flip_blend, g, materials_, setup_.colliders, t_,
-                              solver.rest_speed, solver.rest_time};
+                              solver.rest_speed, solver.rest_time, mass_};
     const bool newton = solver.integrator == Integrator::newton;
     const auto fall = newton ? std::optional<Vec3d>(dt * setup_.gravity) : std::nullopt;
 
+    const StiffnessLimits limits(solver, setup_.materials, setup_.h, dt);
     Stopwatch watch;
 
     rasterize_with_forces<kind, transfer>(ps_, grid_);              //  1  m_i = Σ_p m_p w_ip,  (m v)_i = Σ_p m_p v_p w_ip
                                                                     //  2  V_p⁰ = m_p / ρ_p, once: in the constructor
     watch.lap(report.seconds.scatter);                              //  3  f_i = −Σ_p V_p⁰ P F_Eᵀ ∇w_ip
     accelerate(grid_, Real(dt), g);                                 //  4  v* = v + Δt (f / m + g)
-    const auto fixed = collide_nodes(grid_, setup_.colliders, t_, fall);  //  5  v* against the bodies
+    auto fixed = collide_nodes(grid_, setup_.colliders, t_, fall);  //  5  v* against the bodies
     watch.lap(report.seconds.grid);
     if (solver.integrator == Integrator::semi_implicit)             //  6  (M + β Δt² ∂²Φ/∂x²) vⁿ⁺¹ = M v*
-        report.add(solve_implicit<kind>(ps_, grid_, materials_, fixed, dt, solver));
+        report.add(solve_implicit<kind>(ps_, grid_, materials_, limits, fixed, dt, solver));
     if (newton) {                                                   //     or the minimum of ½‖v − v̂‖² + Φ(x + Δt v)
-        report.add(solve_newton<kind>(ps_, grid_, materials_, fixed, *fall, dt, solver));
+        report.add(solve_newton<kind>(ps_, grid_, materials_, limits, fixed, *fall, dt, solver));
         collide_nodes(grid_, setup_.colliders, t_);
     }
     watch.lap(report.seconds.solve);
@@ -89,11 +93,14 @@ bool Method<Real, kind, transfer>::take_step(double dt, StepReport& report) {
         return take_step(dt, report);                               //     the solve wants the stiffness of what woke
     offenders_ = inverted<kind>(ps_, grid_, Real(dt));
     if (!offenders_.empty()) return false;                          //     a step too long is not taken
+    report.exchanges.assign(setup_.colliders.size(), {});
+    const NodeAccount nodes = account(grid_, fixed, dt, setup_.gravity, flip_blend, Real(solver.rest_speed), setup_.colliders, t_, report.exchanges);
     finish_nodes(grid_, flip_blend, Real(solver.rest_speed));
     watch.lap(report.seconds.grid);
     Advanced<Real> a = advance<kind, transfer>(ps_, grid_, motion);       //  7  F_E, J_P;  8  v_p;  9  v_p against the bodies;
     watch.lap(report.seconds.gather);                               // 10  x_p ← x_p + Δt v_p
     if (!a.lost.empty()) fail_lost(a.lost);
+    balance_energy(nodes, a, report);
     extremes_ = a.extremes;
     migrate(ps_, grid_.blocks, a.departures, BSpline<kind>::width); //     blocks and nodes under the particles, for
     watch.lap(report.seconds.sort);                                 //     the next step

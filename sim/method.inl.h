@@ -67,9 +67,9 @@ Method<Real, kind, transfer>::Method(const Setup& setup, ParticleSet&& start) : 
         stiffness_ += modulus * ps_.V0.at(slot);
     });
     const Totals sum = totals();
-    extremes_.energy = sum.kinetic + sum.elastic, extremes_.height = -sum.potential;
-    resting_ = sum.mass * solver.rest_speed * solver.rest_speed / 2;
-    energy_.start = extremes_.energy, energy_.lowest = energy_.highest = extremes_.height;
+    extremes_.kinetic = sum.kinetic, extremes_.elastic = sum.elastic, extremes_.height = -sum.potential;
+    mass_ = sum.mass, resting_ = sum.mass * solver.rest_speed * solver.rest_speed / 2;
+    energy_.start = extremes_.energy(), energy_.lowest = energy_.highest = extremes_.height;
 }
 
 /// A particle cannot begin inside out, or as nothing: no motion leads there, and J_P could not follow.
@@ -94,30 +94,55 @@ void Method<Real, kind, transfer>::check_start(const ParticleSet& start) const {
 /// give what they like, and are not checked; round-off in F_E is worth some 10⁻⁹ of the stiffness, and lumps asleep do not
 /// lose height as they gain speed.
 template <class Real, Weights kind, Transfer transfer> void Method<Real, kind, transfer>::check_energy() {
-    if (!std::isfinite(extremes_.energy + extremes_.height + extremes_.wave))
+    if (!std::isfinite(extremes_.energy() + extremes_.height + extremes_.wave))
         fail("speeds or stresses are not finite any more");
     energy_.lowest = std::min(energy_.lowest, extremes_.height), energy_.highest = std::max(energy_.highest, extremes_.height);
     const double given = energy_.start + energy_.highest - energy_.lowest;
     const bool pushed = std::any_of(setup_.colliders.begin(), setup_.colliders.end(),
                                     [](const Collider& c) { return c.velocity != Vec3d::Zero(); });
-    if (!pushed && extremes_.energy > 2 * given + 1e-9 * stiffness_ + resting_)
+    if (!pushed && extremes_.energy() > 2 * given + 1e-9 * stiffness_ + resting_)
         fail(fmt::format("the snow has {:g} J of which the start and gravity gave {:g} J: the steps are unstable; where "
-                         "forces are explicit, about {:g} s is the longest that is not", extremes_.energy, given,
-                         0.5 * setup_.h / extremes_.wave));
+                         "forces are explicit, about {:g} s is the longest that is not", extremes_.energy(), given,
+                         courant() * setup_.h / extremes_.wave));
 }
 
-/// Δt of the next step [s]. Chosen: at most max_dt; no particle crosses more than 0.6 of a cell; ‖Δt ∇v‖ ≤ 0.2;
-/// and where forces are explicit, Δt ≤ 0.5 h/c with the hardened speed of sound c. (The limit of the ideal
-/// lumped-mass chain is 1.92 h/c for cubic, 1.63 h/c for quadratic weights; free surfaces lower it.)
+/// The ledger of a step that took the particles from `extremes_` to `a`.
+template <class Real, Weights kind, Transfer transfer>
+void Method<Real, kind, transfer>::balance_energy(const NodeAccount& nodes, const Advanced<Real>& a, StepReport& report) const {
+    Ledger& l = report.ledger;
+    l.gravity = nodes.gravity;
+    l.to_grid = nodes.before - extremes_.kinetic;
+    l.integration = nodes.after - nodes.before - nodes.gravity - nodes.contact + a.between.trial - extremes_.elastic;
+    l.plastic = a.extremes.elastic - a.between.trial;
+    l.to_particles = a.between.kinetic - nodes.after;
+    l.contact = nodes.contact + (a.extremes.kinetic + a.slept - a.between.kinetic);
+    l.sleep = -a.slept;
+    for (std::size_t c = 0; c < setup_.colliders.size(); ++c) {
+        report.exchanges[c] += a.exchanges[c];
+        report.exchanges[c].velocity = setup_.colliders[c].velocity;
+    }
+}
+
+/// Δt of the next step [s]. Chosen: at most max_dt; no particle crosses more than 0.6 of a cell; ‖Δt ∇v‖ ≤ strain_limit but
+/// for a thousandth of the mass, which may strain by ½: one crumb shall not set everybody's step; and where forces are
+/// explicit, Δt ≤ x_s h/c with the hardened speed of sound c (`stable_courant`).
 template <class Real, Weights kind, Transfer transfer> double Method<Real, kind, transfer>::wanted_dt() const {
     const Solver& solver = setup_.solver;
     if (solver.dt) return *solver.dt;
     double dt = solver.max_dt;
     if (extremes_.speed > 0) dt = std::min(dt, 0.6 * setup_.h / extremes_.speed);
-    if (extremes_.strain_rate > 0) dt = std::min(dt, 0.2 / extremes_.strain_rate);
+    if (extremes_.bulk_rate > 0) dt = std::min(dt, solver.strain_limit / extremes_.bulk_rate);
+    if (extremes_.strain_rate > 0) dt = std::min(dt, 0.5 / extremes_.strain_rate);
     if (solver.integrator == Integrator::explicit_euler && extremes_.wave > 0)
-        dt = std::min(dt, 0.5 * setup_.h / extremes_.wave);
+        dt = std::min(dt, courant() * setup_.h / extremes_.wave);
     return dt;
+}
+
+/// The least x_s of the materials.
+template <class Real, Weights kind, Transfer transfer> double Method<Real, kind, transfer>::courant() const {
+    double x = std::numeric_limits<double>::max();
+    for (const Snow& snow : setup_.materials) x = std::min(x, stable_courant(kind, snow.nu));
+    return x;
 }
 
 template <class Real, Weights kind, Transfer transfer>
@@ -184,6 +209,7 @@ template <class Real, Weights kind, Transfer transfer> Totals Method<Real, kind,
         const Mat3d Fe = matrix_of(ps_.Fe, slot).template cast<double>();
         sum.elastic += ps_.V0.at(slot) * energy_density(left_strain(Fe), k);
         sum.potential -= m * setup_.gravity.dot(x);
+        sum.max_density = std::max(sum.max_density, m / (double(ps_.V0.at(slot)) * Fe.determinant() * double(ps_.Jp.at(slot))));
     };
     for (const ParticleBlock& b : grid_.blocks.particle_blocks)
         for (std::uint32_t n = 0; n < b.count; ++n)

@@ -20,27 +20,28 @@ namespace firn {
 
 template <Weights kind, class Real>
 Convergence solve_newton(const Particles<Real>& ps, Grid<Real>& grid,
-                         const std::vector<SnowModel<Real>>& materials,
-                         const std::vector<FixedNode<Real>>& fixed, const Vec3d& fall, double dt,
+                         const std::vector<SnowModel<Real>>& materials, const StiffnessLimits& limits,
+                         const std::vector<FixedNode<Real>>& all_fixed, const Vec3d& fall, double dt,
                          const Solver& solver) {
     using N4 = NodeVector<Real>;
     constexpr int most_steps = 30, most_halvings = 12;
-    const Elements<Real, kind> elements(ps, grid, materials);
-    const System<Real, kind> system(elements, grid, fixed, dt * dt);
-    Potential<Real, kind> phi(elements);
+    const Elements<Real, kind> elements(ps, grid, materials, limits);
+    if (elements.size() == 0) return {};
+    System<Real, kind> system(elements, grid, all_fixed, dt * dt, false);
+    Potential<Real, kind> phi(elements, ps);
     const Pages<Real>& m = system.masses();
+    const std::vector<std::uint32_t>& nodes = elements.grid_nodes();
 
-    NodeField<Real> v(grid.size()), f, r(grid.size()), trial, difference(grid.size());
+    NodeField<Real> v(nodes.size()), f, r(nodes.size()), trial, difference(nodes.size());
     const NodeField<Real> load = forces_at_rest(ps, grid);
     v.for_each([&](std::ptrdiff_t i) {
-        const Node<Real>& node = grid.nodes[i];
-        if (m[i] > 0)
-            v.at[i] = N4::of(node[4] + fall(0), node[5] + fall(1), node[6] + fall(2), 0) + N4(Real(dt) / m[i]) * load.at[i];
+        const Node<Real>& node = grid.nodes[nodes[i]];
+        v.at[i] = N4::of(node[4] + fall(0), node[5] + fall(1), node[6] + fall(2), 0) + N4(m[i] > 0 ? Real(dt) / m[i] : 0) * load.at[nodes[i]];
     });
-    for (const FixedNode<Real>& c : fixed) {
-        const N4& f_i = load.at[c.node];
+    for (const FixedNode<Real>& c : system.fixed()) {
+        const N4& f_i = load.at[nodes[c.node]];
         const Vec3<Real> pushed = Real(dt) / m[c.node] * c.free * Vec3<Real>(f_i[0], f_i[1], f_i[2]);
-        for (int a = 0; a < 3; ++a) v.at[c.node].lanes[a] = grid.nodes[c.node][a] + pushed(a);
+        for (int a = 0; a < 3; ++a) v.at[c.node].lanes[a] = grid.nodes[nodes[c.node]][a] + pushed(a);
     }
     const NodeField<Real> v_hat = v;
 
@@ -51,7 +52,7 @@ Convergence solve_newton(const Particles<Real>& ps, Grid<Real>& grid,
             difference.at[i] = at.at[i] - v_hat.at[i];
             r.at[i] = N4(Real(dt)) * f.at[i] - N4(m[i]) * difference.at[i];
         });
-        system.scale(r);
+        system.scale(r), system.project(r);
         return energy + weighted_dot(m, difference, difference) / 2;
     };
     double energy = evaluate(v), norm = std::sqrt(system.dot(r, r));
@@ -63,12 +64,13 @@ Convergence solve_newton(const Particles<Real>& ps, Grid<Real>& grid,
     const double first = norm, goal = std::max(solver.tolerance * first, floor);
     Convergence all;
     all.history = {1};
-    NodeField<Real> step(grid.size());
+    NodeField<Real> step(nodes.size()), b;
     for (int n = 0; norm > goal && n < most_steps; ++n) {
         step.scale(0);
         const double forcing = std::max(std::min(0.5, std::sqrt(norm / first)) * 0.5, 0.5 * goal / norm);
-        all.iterations +=
-            system.solve(step, r, phi, solver.linear_solver, {forcing, 0, solver.max_iterations}).iterations;
+        b = r;
+        system.unscale(b);
+        all.iterations += system.solve(step, b, phi, solver.linear_solver, forcing, 0, solver.max_iterations).iterations;
         const double slope = system.dot(r, step), noise = 8 * round_off * std::abs(energy);
         double alpha = 1, energy_there = 0;
         for (int halving = 0;; ++halving, alpha /= 2) {
@@ -83,11 +85,9 @@ Convergence solve_newton(const Particles<Real>& ps, Grid<Real>& grid,
         energy = energy_there, norm = std::sqrt(system.dot(r, r));
         all.history.push_back(float(norm / first));
     }
-    all.converged = norm <= goal;
-    v.axpy(-1, v_hat);
-    system.conserve_momentum(v);
+    all.converged = norm <= goal, all.unknowns = nodes.size();
     v.for_each([&](std::ptrdiff_t i) {
-        for (int a = 0; a < 3; ++a) grid.nodes[i].lanes[a] = v_hat.at[i][a] + v.at[i][a];
+        for (int a = 0; a < 3; ++a) grid.nodes[nodes[i]].lanes[a] = v.at[i][a];
     });
     return all;
 }

@@ -38,23 +38,24 @@ inline bool near_moving(const std::vector<Collider>& colliders, const ParticleBl
 }
 
 /// Puts a block to sleep of which `e` are the extremes; not while others fall asleep. All lumps before number `free` are taken.
+/// Returns the kinetic energy that is lost [J].
 template <class Real>
-void fall_asleep(Particles<Real>& ps, ParticleBlock& b, const Extremes& e, std::size_t& free) {
+double fall_asleep(Particles<Real>& ps, ParticleBlock& b, const Extremes& e, std::size_t& free) {
     while (free < ps.lumps.size() && ps.lumps[free].mass > 0) ++free;
     if (free == ps.lumps.size()) ps.lumps.emplace_back();
     b.lump = static_cast<std::int32_t>(free);
     Lump<Real>& lump = ps.lumps[free];
-    double kinetic = 0;
     for (std::uint32_t n = 0; n < b.count; ++n) {
         const std::size_t slot = b.slot(n);
         const double m = ps.m.at(slot);
         const Vec3d v = vector_of(ps.v, slot).template cast<double>();
-        lump.mass += m, lump.velocity += m * v, kinetic += m * v.squaredNorm() / 2;
+        lump.mass += m, lump.velocity += m * v;
         for (int a = 0; a < 3; ++a) ps.v.at(slot, a) = 0;
         for (int k = 0; k < 9 && ps.affine; ++k) ps.C.at(slot, k) = 0;
     }
     lump.velocity /= lump.mass;
-    lump.extremes = {0, e.wave, 0, e.energy - kinetic, e.height};
+    lump.extremes = {0, e.wave, 0, 0, 0, e.elastic, e.height};
+    return e.kinetic - lump.mass * lump.velocity.squaredNorm() / 2;
 }
 
 template <class Real>
@@ -129,7 +130,7 @@ Extremes advance_lump(Lump<Real>& lump, double dt) {
     lump.velocity = lump.next_velocity;
     lump.way += lump.velocity.norm() * dt;
     Extremes e = lump.extremes;
-    e.speed = lump.velocity.norm(), e.energy += lump.mass * lump.velocity.squaredNorm() / 2;
+    e.speed = lump.velocity.norm(), e.kinetic += lump.mass * lump.velocity.squaredNorm() / 2;
     return e;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include "sim/conjugate_residual.h"
+#include "sim/ledger.h"
 #include "sim/sampling.h"
 #include "sim/settings.h"
 #include "sim/snow.h"
@@ -39,10 +40,13 @@ struct StepReport {
     bool converged = true;              ///< false: the last residual is above the tolerance.
     int rejected = 0;                   ///< attempts with a longer Δt that were thrown away before this one.
     std::size_t nodes = 0;              ///< grid nodes in use.
+    std::size_t stiff_nodes = 0;        ///< of them, those that the solve was for.
+    Ledger ledger;                      ///< where the energy went.
+    std::vector<Exchange> exchanges;    ///< with each body.
     std::size_t asleep = 0;             ///< particles that rest after the step.
     PhaseSeconds seconds{};
 
-    void add(const Convergence& c) { iterations += c.iterations, residuals = c.history, converged = c.converged; }
+    void add(const Convergence& c) { iterations += c.iterations, residuals = c.history, converged = c.converged, stiff_nodes = c.unknowns; }
 };
 
 /// Sums over all particles.
@@ -53,6 +57,7 @@ struct Totals {
     double kinetic = 0;                 ///< Σ ½ m v² [J]
     double elastic = 0;                 ///< Σ V⁰ Ψ [J]
     double potential = 0;               ///< −Σ m g·x [J]
+    double max_density = 0;             ///< of a particle, m / (V⁰ J) [kg/m³]
 };
 
 /// A number that must not be: says step, time, particle or node, its value, and what to change.

@@ -22,6 +22,7 @@ struct Snow {
     double theta_c = 2.5e-2;  ///< critical compression θ_c [1]. Larger: chunky and wet; smaller: powdery and dry.
     double theta_s = 7.5e-3;  ///< critical stretch θ_s [1]. As θ_c, for tension.
     double rho = 400;         ///< density at the start ρ₀ [kg/m³].
+    static constexpr double endless = 1e9;  ///< a max_density that nothing reaches, the paper's.
     double max_density = 917; ///< that of ice: what is packed denser hardens no further [kg/m³].
 };
 
@@ -115,6 +116,7 @@ template <class T> struct Returned {
     Symmetric<T> tau;   ///< P F_Eᵀ at the hardened μ, λ [Pa].
     Lame<T> k;          ///< hardened by the new J_P.
     T energy_density;   ///< Ψ [J/m³]
+    T trial_density;    ///< Ψ of F̂_E at the μ, λ before [J/m³].
 };
 
 /// Return mapping. F̂_E = U Σ̂ Wᵀ with U, W rotations:  Σ ← clamp(Σ̂, 1 − θ_c, 1 + θ_s),  F_E ← U Σ Wᵀ = U (Σ/Σ̂) Uᵀ F̂_E.
@@ -130,9 +132,11 @@ template <class T> Returned<T> return_map(const SnowModel<T>& s, const Mat3<T>& 
     Returned<T> r;
     r.Fe = Fe_trial, r.Jp = Jp;
     Symmetric<T> Y = root_series(X);
+    Vec3<T> stretch = Vec3<T>::Ones();
     if (any(!(elastic & near))) {
         const SingularSystem<T> l = singular_system(Fe_trial, X);
         Vec3<T> sigma, ratio;
+        stretch = l.s;
         for (int i = 0; i < 3; ++i) {
             sigma(i) = select(elastic, l.s(i), clamp(l.s(i), s.low, s.high));
             ratio(i) = select(elastic, T(1), T(sigma(i) / l.s(i)));
@@ -147,7 +151,8 @@ template <class T> Returned<T> return_map(const SnowModel<T>& s, const Mat3<T>& 
     }
     r.k = hardened(s, r.Jp);
     r.tau = kirchhoff_stress(Y, r.k);
-    r.energy_density = energy_density(Y, r.k);
+    r.energy_density = r.trial_density = energy_density(Y, r.k);
+    if (any(!elastic)) r.trial_density = select(elastic, r.energy_density, energy_density(stretch, hardened(s, Jp)));
     return r;
 }
 

@@ -49,12 +49,14 @@ std::vector<FixedNode<Real>> collide_nodes(Grid<Real>& grid, const std::vector<C
             Node<Real>& node = grid.nodes[i];
             if (!(node[3] > 0)) continue;
             const Vec3d x = grid.position(b, std::countr_zero(left));
-            Vec3d v(node[0], node[1], node[2]), push(0, 0, 0);
-            if (fall) push = v, v = Vec3d(node[4], node[5], node[6]) + *fall, push -= v;
+            const Vec3d v_star(node[0], node[1], node[2]), v_n(node[4], node[5], node[6]);
+            Vec3d v = v_star, push(0, 0, 0);
+            if (fall) v = v_n + *fall, push = v_star - v;
             const Collided c = collide(x, v, colliders, t, push);
             if (!c.touched) continue;
             for (int a = 0; a < 3; ++a) node.lanes[a] = Real(c.v(a));
-            parts[omp_get_thread_num()].push_back({i, c.free.template cast<Real>()});
+            const Vec3d impulse = double(node[3]) * (c.v - v_star);
+            parts[omp_get_thread_num()].push_back({i, c.free.template cast<Real>(), v_n.template cast<Real>(), impulse.template cast<Real>(), x});
         }
     }
     for (const auto& part : parts) fixed.insert(fixed.end(), part.begin(), part.end());

@@ -153,33 +153,48 @@ struct World {
         }
     }
 
-    /// (M + β Δt² ∂²Φ/∂x²) vⁿ⁺¹ = M v* as a dense matrix, solved for what contact left free.
+    /// V⁰ δP F_Eᵀ along δF = G F_E; of unstrained snow, Hooke's law, where the solver is conjugate gradients.
+    Mat3d A(const Particle& p, const Mat3d& G) const {
+        if (solver.linear_solver != LinearSolver::conjugate_gradient) return p.V0 * dP(p, G * p.F_E) * p.F_E.transpose();
+        return p.V0 * (mu(p) * (G + G.transpose()) + lambda(p) * G.trace() * Mat3d::Identity());
+    }
+    /// How implicit a particle is.
+    double implicit_weight(const Particle& p, double dt) const {
+        if (solver.stiff == Stiff::all) return 1;
+        const double x2 = (lambda(p) + 2 * mu(p)) * p.V0 / p.m * dt * dt / (h * h);
+        const double explicit_limit = (solver.weights == Weights::quadratic ? 0.45 : 0.6) * std::sqrt(1.5 * (1 - snow.nu) / (1 + snow.nu));
+        const double limit = solver.stiff_limit.value_or(explicit_limit);
+        return std::max(0.0, 1 - limit * limit / x2);
+    }
+
+    /// M (vⁿ⁺¹ − v*) + Δt² H (β (vⁿ⁺¹ − vⁿ) + (γ − ½) vⁿ) = 0 with H = Σ w ∂²Φ/∂x² as a dense matrix, solved for what contact
+    /// left free.
     void solve(double dt) {
         std::vector<Node*> active;
         for (Node& i : nodes) if (i.m > 0) active.push_back(&i);
         const auto n = static_cast<Eigen::Index>(3 * active.size());
-        Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n), Q = A;
-        Eigen::VectorXd v(n), m(n);
+        Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n), Q = H;
+        Eigen::VectorXd v(n), v_n(n), m(n);
         for (std::size_t a = 0; a < active.size(); ++a) {
-            v.segment<3>(3 * a) = active[a]->v;
+            v.segment<3>(3 * a) = active[a]->v, v_n.segment<3>(3 * a) = active[a]->v_n;
             m.segment<3>(3 * a).setConstant(active[a]->m);
             Q.block<3, 3>(3 * a, 3 * a) = active[a]->free;
         }
-        A.diagonal() = m;
         for (const Particle& p : particles)
             for (std::size_t b = 0; b < active.size(); ++b) {
                 if (w(*active[b], p) == 0) continue;
                 for (int c = 0; c < 3; ++c) {
-                    const Mat3d dF = Vec3d::Unit(c) * grad_w(*active[b], p).transpose() * p.F_E;
-                    const Mat3d A_p = p.V0 * dP(p, dF) * p.F_E.transpose();
+                    const Mat3d A_p = implicit_weight(p, dt) * A(p, Vec3d::Unit(c) * grad_w(*active[b], p).transpose());
                     for (std::size_t a = 0; a < active.size(); ++a)
-                        A.block<3, 1>(3 * a, 3 * b + c) += solver.beta * dt * dt * A_p * grad_w(*active[a], p);
+                        H.block<3, 1>(3 * a, 3 * b + c) += dt * dt * A_p * grad_w(*active[a], p);
                 }
             }
+        const Eigen::MatrixXd matrix = Eigen::MatrixXd(m.asDiagonal()) + solver.beta * H;
+        const double damping = solver.gamma ? *solver.gamma - 0.5 : solver.beta;
         // Scaled by M^−½ from both sides, since masses span many powers of ten.
         const Eigen::VectorXd scale = m.cwiseSqrt().cwiseInverse();
-        const Eigen::MatrixXd E = scale.asDiagonal() * (Q * A * Q) * scale.asDiagonal();
-        const Eigen::VectorXd residual = scale.cwiseProduct(Q * (m.cwiseProduct(v) - A * v));
+        const Eigen::MatrixXd E = scale.asDiagonal() * (Q * matrix * Q) * scale.asDiagonal();
+        const Eigen::VectorXd residual = scale.cwiseProduct(Q * (H * (-solver.beta * (v - v_n) - damping * v_n)));
         const Eigen::MatrixXd fixed = Eigen::MatrixXd::Identity(n, n) - Q;
         const Eigen::VectorXd dv = scale.cwiseProduct((E + fixed).partialPivLu().solve(residual));
         for (std::size_t a = 0; a < active.size(); ++a) active[a]->v += active[a]->free * dv.segment<3>(3 * a);
@@ -207,7 +222,7 @@ struct World {
             const Vec3d s = d.s.cwiseMax(1 - snow.theta_c).cwiseMin(1 + snow.theta_s);
             p.F_E = d.U * s.asDiagonal() * d.V.transpose();
             p.F_P = d.V * s.cwiseInverse().asDiagonal() * d.U.transpose() * F;
-            const double alpha = solver.transfer == Transfer::apic ? 0 : solver.flip_blend;
+            const double alpha = solver.transfer == Transfer::apic ? 0 : solver.flip_blend.value_or(std::exp(-solver.flip_damping * dt));
             p.v = (1 - alpha) * pic + alpha * flip;                                         //  8
             p.C = C;
             Mat3d ignored = Mat3d::Identity();

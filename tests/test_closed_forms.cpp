@@ -28,6 +28,7 @@ Setup exact_setup(double h, const Snow& snow) {
     s.solver.precision = Precision::twofold;
     s.solver.integrator = Integrator::explicit_euler;
     s.solver.transfer = Transfer::apic;
+    s.solver.weights = Weights::cubic;
     s.solver.initial_volume = InitialVolume::sampled;
     s.solver.tolerance = 1e-10;
     s.solver.max_iterations = 2000;

@@ -1,3 +1,4 @@
+#include "sim/conjugate_gradient.h"
 #include "sim/minres.h"
 
 #include <Eigen/Dense>
@@ -116,4 +117,21 @@ TEST_CASE("both solvers go through the same residuals", "[krylov]") {
     }
     REQUIRE(history[0].size() == history[1].size());
     for (std::size_t i = 0; i < history[0].size(); ++i) CHECK(history[0][i] == Approx(history[1][i]).epsilon(1e-5));
+}
+
+TEST_CASE("conjugate gradients leave the residual of what they solved, and what holds the rest", "[krylov]") {
+    const int n = 20, held = 4;                     // of the unknowns, which stay as they are
+    const System s = system(Eigen::VectorXd::LinSpaced(n, 0.3, 50));
+    const auto project = [](Vector& v) { v.head(held).setZero(); };
+    const auto apply = [&](const Vector& v, Vector& Ev) { Ev = s.E * v; };
+    const auto dot = [](const Vector& u, const Vector& v) { return u.dot(v); };
+    Vector x = Vector::Zero(n), r = s.b, b = s.b;
+    project(b);
+    const Convergence c = conjugate_gradient(x, r, b.norm(), apply, project, dot, Stopping{1e-10, 0, 100});
+    CHECK(c.converged);
+    CHECK(c.iterations <= n - held + 1);
+    CHECK(x.head(held).norm() == 0);
+    CHECK((s.b - s.E * x - r).norm() < 1e-12 * s.b.norm());
+    CHECK(r.tail(n - held).norm() <= 1.01e-10 * b.norm());
+    CHECK(r.head(held).norm() > 0.1);
 }

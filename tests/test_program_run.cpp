@@ -25,7 +25,7 @@ TEST_CASE("run writes frames and a record of what was run", "[run]") {
                                            "machine", "gl_renderer", "particles", "body_particles", "frames"});
     CHECK(record["program"] == "firn");
     CHECK(record["version"] == FIRN_VERSION);
-    CHECK(record["scene"]["solver"]["beta"] == 1);
+    CHECK(record["scene"]["solver"]["beta"] == 0.5);
     CHECK(record["seed"] == 1);
     CHECK(record["threads"] == 2);
     CHECK(record["machine"]["memory"] > 0);

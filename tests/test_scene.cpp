@@ -24,9 +24,10 @@ TEST_CASE("A scene of two lines runs with the documented defaults", "[scene]") {
     CHECK(
         json["solver"] ==
         nlohmann::ordered_json::parse(
-            R"({"integrator": "semi_implicit", "beta": 1.0, "dt": "auto", "max_dt": 1e-3, "transfer": "flip",
-                  "flip_blend": 0.95, "weights": "cubic", "precision": "float", "initial_volume": "grid",
-                  "linear_solver": "conjugate_residual", "tolerance": 1e-4, "max_iterations": 30,
+            R"({"defaults": "firn", "integrator": "semi_implicit", "beta": 0.5, "gamma": 0.6, "stiff": "weighted",
+                  "stiff_limit": "auto", "strain_limit": 0.025, "dt": "auto", "max_dt": 1e-3, "transfer": "flip",
+                  "flip_damping": 50.0, "weights": "quadratic", "precision": "float", "initial_volume": "grid",
+                  "linear_solver": "conjugate_gradient", "tolerance": 1e-2, "max_iterations": 100,
                   "rest_speed": 0.0, "rest_time": 0.1})"));
     CHECK(
         json["materials"] ==
@@ -46,6 +47,30 @@ TEST_CASE("A scene of two lines runs with the documented defaults", "[scene]") {
     CHECK(json["picture"]["quality"] == "final");
 }
 
+TEST_CASE("With defaults: paper, what is not given is the paper's", "[scene]") {
+    const auto resolved = [](const std::string& solver) { return load(six_lines + "solver: {" + solver + "}\n").resolved; };
+    const auto paper = resolved("defaults: paper");
+    CHECK(paper["solver"] == nlohmann::ordered_json::parse(
+            R"({"defaults": "paper", "integrator": "semi_implicit", "beta": 1.0, "gamma": "auto", "stiff": "all",
+                  "stiff_limit": "auto", "strain_limit": 0.2, "dt": "auto", "max_dt": 1e-3, "transfer": "flip",
+                  "flip_blend": 0.95, "weights": "cubic", "precision": "float", "initial_volume": "grid",
+                  "linear_solver": "conjugate_residual", "tolerance": 1e-4, "max_iterations": 30,
+                  "rest_speed": 0.0, "rest_time": 0.1})"));
+    CHECK(paper["materials"]["snow"]["max_density"] == 1e9);
+    CHECK(resolved("defaults: paper, weights: quadratic")["solver"]["weights"] == "quadratic");
+    CHECK(resolved("weights: quadratic, defaults: paper")["solver"]["tolerance"] == 1e-4);
+    CHECK(to_json(read_resolved(paper, "run.json")) == paper);
+}
+
+TEST_CASE("A velocity's share of FLIP is given by the second or by the step, not both", "[scene]") {
+    const auto solver = [](const std::string& keys) { return load(six_lines + "solver: {" + keys + "}\n").resolved["solver"]; };
+    CHECK(solver("flip_blend: 0.9")["flip_blend"] == 0.9);
+    CHECK_FALSE(solver("flip_blend: 0.9").contains("flip_damping"));
+    CHECK(solver("defaults: paper, flip_damping: 7")["flip_damping"] == 7);
+    CHECK_FALSE(solver("defaults: paper, flip_damping: 7").contains("flip_blend"));
+    CHECK_THROWS_WITH(solver("flip_damping: 7, flip_blend: 0.9"), Catch::Contains("3:39") && Catch::Contains("keep one"));
+}
+
 TEST_CASE("Every key is read into its place", "[scene]") {
     const auto scene = load(R"(
 title: "All keys: every one"
@@ -54,7 +79,8 @@ fps: 30
 grid_spacing: 0.05
 gravity: [1, 2, 3]
 seed: 9007199254740992
-solver: {integrator: explicit, beta: 0.5, dt: 1e-4, max_dt: 2e-3, transfer: apic, flip_blend: 0.9,
+solver: {integrator: explicit, beta: 0.4, gamma: 0.7, stiff: all, stiff_limit: 0.3, strain_limit: 0.01,
+         dt: 1e-4, max_dt: 2e-3, transfer: apic, flip_blend: 0.9,
          weights: quadratic, precision: double, initial_volume: sampled, tolerance: 1e-6, max_iterations: 7,
          rest_speed: 0.03, rest_time: 0.2}
 materials: {ice: {E: 1e6, nu: 0.3, xi: 5, theta_c: 0, theta_s: 1e6, rho: 900}, powder: {}}
@@ -78,7 +104,11 @@ picture: {width: 100, height: 50, quality: preview, sun_azimuth: 10, sun_elevati
     CHECK(scene.gravity == Vec3d(1, 2, 3));
     CHECK(scene.seed == 9007199254740992);
     CHECK(scene.solver.integrator == Integrator::explicit_euler);
-    CHECK(scene.solver.beta == 0.5);
+    CHECK(scene.solver.beta == 0.4);
+    CHECK(scene.solver.gamma == 0.7);
+    CHECK(scene.solver.stiff == Stiff::all);
+    CHECK(scene.solver.stiff_limit == 0.3);
+    CHECK(scene.solver.strain_limit == 0.01);
     CHECK(scene.solver.dt == 1e-4);
     CHECK(scene.solver.max_dt == 2e-3);
     CHECK(scene.solver.transfer == Transfer::apic);

@@ -99,7 +99,8 @@ template <Weights kind> struct Heap {
 template <Weights kind> struct StiffLump : Heap<kind> {
     Elements<double, kind> elements;
     Hessian<double, kind> hessian;
-    StiffLump() : Heap<kind>(with_forces()), elements(this->ps, this->grid, this->materials), hessian(elements) {}
+    StiffLump() : Heap<kind>(with_forces()), elements(this->ps, this->grid, this->materials, wholly()), hessian(elements, this->ps) {}
+    static StiffnessLimits wholly() { return {Solver::paper(), {Snow{}}, h, 1}; }
     static Heap<kind> with_forces() {
         Heap<kind> heap;
         rasterize_with_forces<kind, Transfer::flip>(heap.ps, heap.grid);
