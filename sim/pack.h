@@ -55,6 +55,10 @@ template <class T, int W> struct Pack {
         for (int i = 0; i < W; ++i) a.lanes[i] = std::sqrt(a.lanes[i]);
         return a;
     }
+    friend Pack cbrt(Pack a) {
+        for (int i = 0; i < W; ++i) a.lanes[i] = std::cbrt(a.lanes[i]);
+        return a;
+    }
     friend Pack floor(Pack a) {
         for (int i = 0; i < W; ++i) a.lanes[i] = std::floor(a.lanes[i]);
         return a;
@@ -75,6 +79,7 @@ template <class T, int W> struct Pack {
 inline float select(bool c, float a, float b) { return c ? a : b; }
 inline double select(bool c, double a, double b) { return c ? a : b; }
 inline bool any(bool c) { return c; }
+using std::cbrt;
 using std::exp;
 using std::floor;
 using std::sqrt;

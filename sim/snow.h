@@ -1,4 +1,5 @@
 #pragma once
+#include "sim/packing.h"
 #include "sim/stretch.h"
 
 // Snow as an elasto-plastic solid: Stomakhin, Schroeder, Chai, Teran, Selle, "A material point method for
@@ -23,7 +24,7 @@ struct Snow {
     double theta_s = 7.5e-3;  ///< critical stretch θ_s [1]. As θ_c, for tension.
     double rho = 400;         ///< density at the start ρ₀ [kg/m³].
     static constexpr double endless = 1e9;  ///< a max_density that nothing reaches, the paper's.
-    double max_density = 917; ///< that of ice: what is packed denser hardens no further [kg/m³].
+    double max_density = 917; ///< that of ice: snow is packed no denser and hardens no further [kg/m³].
 };
 
 /// What the formulas need of a Snow. T: a number, or a pack of them with a particle in each lane.
@@ -31,7 +32,7 @@ template <class T> struct SnowModel {
     T mu0, lambda0;   ///< [Pa]
     T xi;             ///< [1]
     T low, high;      ///< 1 − θ_c and 1 + θ_s, the range of the elastic singular values.
-    T Jp_min;         ///< ρ₀ / max_density, at most 1: J_P below it hardens as it does.
+    T Jp_min;         ///< ρ₀ / max_density, at most 1: no J_P falls below it, and what begins below hardens as it does.
 };
 
 /// μ₀ = E₀ / (2 (1 + ν)),  λ₀ = E₀ ν / ((1 + ν)(1 − 2ν))
@@ -122,6 +123,11 @@ template <class T> struct Returned {
 /// Return mapping. F̂_E = U Σ̂ Wᵀ with U, W rotations:  Σ ← clamp(Σ̂, 1 − θ_c, 1 + θ_s),  F_E ← U Σ Wᵀ = U (Σ/Σ̂) Uᵀ F̂_E.
 /// What is cut from F_E goes to F_P, so that J_E J_P stays what it was:  J_P ← J_P det F̂_E / det F_E.
 /// F̂_E that needs no cut is kept to the bit.                                                 paper, sec. 7
+///
+/// Where that J_P would be below L = min(J_P, J_P,min) (one below J_P,min from the start may grow only), snow is packed as
+/// densely as it can be, and what is left of the compression is elastic (beyond the paper):
+///
+///   J_P ← L,  Σ ← clamp(Σ̂, k (1 − θ_c), k (1 + θ_s)) with the k < 1 at which det Σ = J_P det Σ̂ / L   ("sim/packing.h")
 template <class T> Returned<T> return_map(const SnowModel<T>& s, const Mat3<T>& Fe_trial, T Jp) {
     using Scalar = typename ScalarOf<T>::type;
     const Symmetric<T> X = cauchy_green(Fe_trial), I = Symmetric<T>::identity();
@@ -137,16 +143,20 @@ template <class T> Returned<T> return_map(const SnowModel<T>& s, const Mat3<T>& 
         const SingularSystem<T> l = singular_system(Fe_trial, X);
         Vec3<T> sigma, ratio;
         stretch = l.s;
-        for (int i = 0; i < 3; ++i) {
-            sigma(i) = select(elastic, l.s(i), clamp(l.s(i), s.low, s.high));
-            ratio(i) = select(elastic, T(1), T(sigma(i) / l.s(i)));
+        for (int i = 0; i < 3; ++i) sigma(i) = select(elastic, l.s(i), clamp(l.s(i), s.low, s.high));
+        const T J_trial = l.s(0) * l.s(1) * l.s(2), least = minimum(Jp, s.Jp_min);
+        r.Jp = select(elastic, Jp, T(Jp * J_trial / (sigma(0) * sigma(1) * sigma(2))));
+        if (const auto packed = r.Jp < least; any(packed)) {
+            const Vec3<T> dense = clamp_to_volume(l.s, T(J_trial * (Jp / least)), s.low, s.high);
+            for (int i = 0; i < 3; ++i) sigma(i) = select(packed, dense(i), sigma(i));
+            r.Jp = select(packed, least, r.Jp);
         }
+        for (int i = 0; i < 3; ++i) ratio(i) = select(elastic, T(1), T(sigma(i) / l.s(i)));
         r.Fe += turned(l.U, Vec3<T>(ratio - Vec3<T>::Ones())).matrix() * Fe_trial;
         if (any(l.far)) {
             const Mat3<T> whole = l.U * sigma.asDiagonal() * l.W.transpose();
             for (int i = 0; i < 9; ++i) r.Fe(i) = select(l.far & !elastic, whole(i), r.Fe(i));
         }
-        r.Jp = select(elastic, Jp, T(Jp * (l.s(0) * l.s(1) * l.s(2)) / (sigma(0) * sigma(1) * sigma(2))));
         Y = select(elastic & near, Y, turned(l.U, Vec3<T>(sigma - Vec3<T>::Ones())));
     }
     r.k = hardened(s, r.Jp);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -67,11 +68,27 @@ struct World {
     }
     double D() const { return solver.weights == Weights::quadratic ? h * h / 4 : h * h / 3; }
 
-    double mu(const Particle& p) const {
-        return snow.E / (2 * (1 + snow.nu)) * std::exp(snow.xi * (1 - p.F_P.determinant()));
+    /// J_P of the densest snow.
+    double least_J_P() const { return std::min(1.0, snow.rho / snow.max_density); }
+    double hardening(const Particle& p) const {
+        return std::exp(snow.xi * (1 - std::max(p.F_P.determinant(), least_J_P())));
     }
-    double lambda(const Particle& p) const {
-        return snow.E * snow.nu / ((1 + snow.nu) * (1 - 2 * snow.nu)) * std::exp(snow.xi * (1 - p.F_P.determinant()));
+    double mu(const Particle& p) const { return snow.E / (2 * (1 + snow.nu)) * hardening(p); }
+    double lambda(const Particle& p) const { return snow.E * snow.nu / ((1 + snow.nu) * (1 - 2 * snow.nu)) * hardening(p); }
+    /// Σ of the return mapping: Σ̂ clamped to 1 − θ_c … 1 + θ_s. Where that would leave J_P below the least, or below what
+    /// it was if that is less, J_P ends there: Σ̂ is clamped to k times that range, det Σ = J_P det Σ̂ / least; k by bisection.
+    Vec3d returned(const Vec3d& trial, double J_P) const {
+        const auto clamped = [&](double k) {
+            return Vec3d(trial.cwiseMax(k * (1 - snow.theta_c)).cwiseMin(k * (1 + snow.theta_s)));
+        };
+        const double J = J_P * trial.prod() / std::min(J_P, least_J_P());
+        if (clamped(1).prod() <= J) return clamped(1);
+        double low = 0, high = 1;
+        for (int i = 0; i < 100; ++i) {
+            const double k = (low + high) / 2;
+            (clamped(k).prod() < J ? low : high) = k;
+        }
+        return clamped(high);
     }
     /// P = 2μ (F − R) + λ (J − 1) J F⁻ᵀ
     Mat3d P(const Particle& p) const {
@@ -219,7 +236,7 @@ struct World {
             const Mat3d F_trial = (Mat3d::Identity() + dt * grad_v) * p.F_E;                //  7
             const Mat3d F = F_trial * p.F_P;
             const Svd d = svd(F_trial);
-            const Vec3d s = d.s.cwiseMax(1 - snow.theta_c).cwiseMin(1 + snow.theta_s);
+            const Vec3d s = returned(d.s, p.F_P.determinant());
             p.F_E = d.U * s.asDiagonal() * d.V.transpose();
             p.F_P = d.V * s.cwiseInverse().asDiagonal() * d.U.transpose() * F;
             const double alpha = solver.transfer == Transfer::apic ? 0 : solver.flip_blend.value_or(std::exp(-solver.flip_damping * dt));

@@ -174,6 +174,91 @@ TEST_CASE("what needs no cut is kept to the bit", "[snow]") {
     }
 }
 
+TEST_CASE("snow packed to max_density takes the rest of a compression elastically, and shears as before", "[snow]") {
+    RandomInput random;
+    const SnowModel<double> s = model(Snow{}), paper = model(Snow{.max_density = 1e9});
+    int packed = 0;
+    for (int n = 0; n < 2000; ++n) {
+        const Mat3d trial = std::exp(0.2 * random.number() - 0.1) * random.deformation(0.03);
+        const double Jp = s.Jp_min * (n % 4 == 0 ? 1 : std::exp(0.2 * std::abs(random.number())));
+        const Returned<double> r = return_map(s, trial, Jp), free = return_map(paper, trial, Jp);
+        CAPTURE(n, trial, Jp);
+        REQUIRE(r.Fe.determinant() * r.Jp == Approx(trial.determinant() * Jp).epsilon(1e-13));
+        if (free.Jp >= s.Jp_min) {
+            REQUIRE(r.Fe == free.Fe);
+            REQUIRE(r.Jp == free.Jp);
+            continue;
+        }
+        ++packed;
+        REQUIRE(r.Jp == s.Jp_min);
+        const Vec3d sigma = decompose(r.Fe).s;
+        REQUIRE(sigma(0) <= s.high * (1 + 1e-14));
+        REQUIRE(sigma(0) / sigma(2) <= s.high / s.low * (1 + 1e-13));
+        REQUIRE((r.tau.matrix() - stress(elastic(r.Fe), hardened(s, r.Jp)) * r.Fe.transpose()).norm() < 1e-9 * r.k.mu);
+        REQUIRE((elastic(r.Fe).R - elastic(trial).R).norm() < 1e-12);
+        const Returned<double> again = return_map(s, r.Fe, r.Jp);
+        REQUIRE((again.Fe - r.Fe).norm() < 1e-14);
+        REQUIRE(again.Jp == r.Jp);
+        const Mat3d Q = random.rotation(), W = random.rotation();
+        REQUIRE((return_map(s, Mat3d(Q * trial * W), Jp).Fe - Q * r.Fe * W).norm() < 1e-13);
+        if (Jp == s.Jp_min && decompose(trial).s(2) > 0.5)
+            REQUIRE(r.energy_density <= energy_density(elastic(trial), r.k) * (1 + 1e-12));
+    }
+    CHECK(packed > 500);
+}
+
+TEST_CASE("the return mapping has no jump, where snow becomes as dense as it can be or elsewhere", "[snow]") {
+    RandomInput random;
+    const SnowModel<double> s = model(Snow{});
+    for (int path = 0; path < 20; ++path) {
+        const Mat3d F = 0.99 * random.deformation(0.02), step = (1 - 2e-5) * Mat3d::Identity() + 1e-5 * random.matrix();
+        Mat3d trial = F, before = return_map(s, trial, 1.02 * s.Jp_min).Fe;
+        for (int n = 0; n < 5000; ++n) {
+            trial = step * trial;
+            const Mat3d Fe = return_map(s, trial, 1.02 * s.Jp_min).Fe;
+            REQUIRE((Fe - before).norm() < 2e-4);                   // ‖step − I‖ and what a clamp makes of it
+            before = Fe;
+        }
+        REQUIRE(return_map(s, trial, 1.02 * s.Jp_min).Jp == s.Jp_min);
+    }
+}
+
+TEST_CASE("snow that begins denser than max_density is not pushed, and is packed no denser", "[snow]") {
+    const SnowModel<double> s = model(Snow{}), ice = model(Snow{.rho = 2e4});
+    const Mat3d I = Mat3d::Identity();
+    CHECK(return_map(s, I, 0.2).Fe == I);
+    CHECK(return_map(s, I, 0.2).Jp == 0.2);
+    CHECK(return_map(s, Mat3d(0.9 * I), 0.2).Jp == 0.2);
+    CHECK((return_map(s, Mat3d(0.9 * I), 0.2).Fe - 0.9 * I).norm() < 1e-15);
+    CHECK(return_map(s, Mat3d(1.1 * I), 0.2).Jp == Approx(0.2 * std::pow(1.1 / s.high, 3)));
+    CHECK(return_map(ice, Mat3d(0.9 * I), 1.0).Jp == 1);
+    CHECK(return_map(ice, Mat3d(0.9 * I), 1.1).Jp == 1);
+}
+
+TEST_CASE("a particle of eight returns as it does alone", "[snow]") {
+    using P = Pack<double, lanes>;
+    RandomInput random;
+    const SnowModel<double> s = model(Snow{});
+    const SnowModel<P> pack{P(s.mu0), P(s.lambda0), P(s.xi), P(s.low), P(s.high), P(s.Jp_min)};
+    for (int n = 0; n < 100; ++n) {
+        Mat3<P> trial;
+        P Jp;
+        for (int l = 0; l < lanes; ++l) {       // elastic, clamped and as dense as can be
+            const Mat3d F = (l % 3 == 2 ? 0.9 : 1) * (Mat3d::Identity() + (l % 3 == 0 ? 1e-3 : 0.03) * random.matrix());
+            for (int i = 0; i < 9; ++i) trial(i).lanes[l] = F(i);
+            Jp.lanes[l] = 1.05 * s.Jp_min;
+        }
+        const Returned<P> r = return_map(pack, trial, Jp);
+        for (int l = 0; l < lanes; ++l) {
+            Mat3d F;
+            for (int i = 0; i < 9; ++i) F(i) = trial(i)[l];
+            const Returned<double> alone = return_map(s, F, Jp[l]);
+            REQUIRE(r.Jp[l] == Approx(alone.Jp).epsilon(1e-14));
+            for (int i = 0; i < 9; ++i) REQUIRE(r.Fe(i)[l] == Approx(alone.Fe(i)).margin(1e-14));
+        }
+    }
+}
+
 TEST_CASE("snow packed denser than ice hardens no further", "[snow]") {
     const SnowModel<double> ice = model(Snow{}), endless = model(Snow{.max_density = 1e9});
     const double Jp = 400.0 / 917;                                          // as dense as ice
