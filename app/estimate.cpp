@@ -96,22 +96,29 @@ void require_resources_for_count(const LoadedScene& loaded, const RunFiles& file
     require_resources(loaded, needs_of(loaded, count, count / per_cell, files), output);
 }
 
-// Seconds that a step takes, from a few of them.
-static double probe(const LoadedScene& loaded, double h, ParticleSet particles) {
+// What a simulation on a grid of edge h tells when it takes a few steps.
+struct Probe {
+    double seconds;                     // a step takes
+    std::vector<std::string> warnings;
+};
+static Probe probe(const LoadedScene& loaded, double h, const StartingParticles& begin) {
     using Clock = std::chrono::steady_clock;
     const auto since = [](Clock::time_point t) {
         return std::chrono::duration<double>(Clock::now() - t).count();
     };
     Setup setup = make_setup(loaded.scene);
     setup.h = h;
-    const auto simulation = make_simulation(setup, std::move(particles));
+    const auto simulation = make_simulation(setup, ParticleSet(begin.particles));
+    Probe result{0, volume_warnings(loaded, begin.counts, begin.volumes, simulation->volumes(), h)};
+    if (loaded.scene.frames == 0) return result;
     const double frame = 1 / loaded.scene.fps;
     simulation->step(frame);  // the first one also sorts and measures volumes
     const auto start = Clock::now();
     int steps = 0;
     do simulation->step(frame), ++steps;
     while (steps < 20 && since(start) < 0.5);
-    return since(start) / steps;
+    result.seconds = since(start) / steps;
+    return result;
 }
 
 // Seconds to draw and encode a picture on two cores without a GPU.
@@ -135,8 +142,9 @@ Estimate estimate(const LoadedScene& loaded, const std::filesystem::path& output
     Estimate result{needs_of(loaded, particles, nodes, files), 0, 0, start.warnings};
     require_resources(loaded, result.needs, output);
     result.steps = std::max(estimate_steps(make_setup(scene), start.particles, duration), 1.0 * scene.frames);
-    const double step = scene.frames > 0 ? probe(loaded, h, start.particles) * scale : 0;
-    result.seconds = result.steps * step + (scene.frames + 1) * picture_seconds(scene.picture, particles);
+    const Probe probed = probe(loaded, h, start);
+    result.warnings.insert(result.warnings.end(), probed.warnings.begin(), probed.warnings.end());
+    result.seconds = result.steps * probed.seconds * scale + (scene.frames + 1) * picture_seconds(scene.picture, particles);
     return result;
 }
 

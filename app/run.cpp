@@ -188,7 +188,10 @@ static std::unique_ptr<Simulation> start_simulation(Run& run) {
     const Needs needs = needs_of(run.loaded, static_cast<double>(start.particles.size()),
                                  static_cast<double>(nodes), run.files());
     require_resources(run.loaded, needs, run.folder.path);
-    return make_simulation(make_setup(scene), std::move(start.particles));
+    auto simulation = make_simulation(make_setup(scene), std::move(start.particles));
+    for (const auto& warning : volume_warnings(run.loaded, start.counts, start.volumes, simulation->volumes(), scene.grid_spacing))
+        run.progress.warning(warning);
+    return simulation;
 }
 
 static void prepare_folder(Run& run) {

@@ -165,7 +165,8 @@ template <class V> void describe(V& v, Solver& s) {
              s.flip_blend);
     v.key({"weights", "shape functions of the grid"}, s.weights);
     v.key({"precision", "of particles and grid"}, s.precision);
-    v.key({"initial_volume", "grid: the paper's step 2; sampled: mass over density"}, s.initial_volume);
+    v.key({"initial_volume", "sampled: mass over density; grid: the paper's step 2, too large and so too stiff where snow ends"},
+          s.initial_volume);
     v.key({"linear_solver", "of the implicit integrators; conjugate_gradient uses the stiffness of unstrained snow, the others that of strained snow"}, s.linear_solver);
     v.key({"tolerance", "relative residual of the solve", "", above(0).below(1)}, s.tolerance);
     v.key({"max_iterations", "of a linear solve", "", at_least(1).up_to(10000)}, s.max_iterations);
@@ -182,7 +183,7 @@ template <class V> void describe(V& v, Snow& s) {
           s.theta_c);
     v.key({"theta_s", "critical stretch; very large is elastic", "", at_least(0).up_to(1e9)}, s.theta_s);
     v.key({"rho", "density at the start, of even snow", "kg/m^3", above(0).up_to(1e6)}, s.rho);
-    v.key({"max_density", "of ice: snow packed denser hardens no further; 1e9 for the paper's endless hardening",
+    v.key({"max_density", "of ice: snow is packed no denser, then it is elastic; 1e9 for the paper's endless packing",
            "kg/m^3", above(0).up_to(1e9)}, s.max_density);
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <numeric>
 
 namespace firn {
 
@@ -169,9 +170,36 @@ StartingParticles make_particles(const LoadedScene& loaded, double h) {
         for (auto& warning : overlaps(loaded, set, i)) start.warnings.push_back(warning);
         start.particles.append(set);
         start.counts.push_back(set.size());
+        const double rho = loaded.scene.materials.at(loaded.scene.bodies[i].material).rho;
+        start.volumes.push_back(std::accumulate(set.m.begin(), set.m.end(), 0.0) / rho);
     }
     problems.throw_if_any();
     return start;
+}
+
+std::vector<std::string> volume_warnings(const LoadedScene& loaded, const std::vector<std::size_t>& counts,
+                                         const std::vector<double>& volumes, const std::vector<float>& V0, double h) {
+    std::vector<std::string> warnings;
+    auto next = V0.begin();
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+        const auto end = next + static_cast<std::ptrdiff_t>(counts[i]);
+        const double found = std::accumulate(next, end, 0.0) / volumes[i];
+        next = end;
+        // What a grid adds lies within a cell or two of where snow ends: a share that goes with h.
+        const double ratio = 1 + (found - 1) * loaded.scene.grid_spacing / h;
+        if (!(std::abs(ratio - 1) > 0.2)) continue;  // NaN: of no particles
+        const auto file = loaded.files.find(i);
+        const bool own = file != loaded.files.end() && !file->second.volume.empty();
+        const Place place = loaded.read.place(fmt::format("bodies.{}", i));
+        warnings.push_back(fmt::format(
+            "{}:{}:{}: bodies.{}: warning: its particles have {:.3g} times the volume that their mass has at the "
+            "material's rho, and are about as many times as stiff; {}",
+            loaded.path, place.line, place.column, i, ratio,
+            own ? fmt::format("set rho to {:.3g}, or take the volumes out of the file",
+                              loaded.scene.materials.at(loaded.scene.bodies[i].material).rho / ratio)
+                : "set solver.initial_volume: sampled"));
+    }
+    return warnings;
 }
 
 }  // namespace firn

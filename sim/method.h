@@ -30,6 +30,7 @@ public:
     Totals totals() const override;
     std::vector<float> positions() const override { return in_order(ps_.x); }
     std::vector<float> velocities() const override { return in_order(ps_.v); }
+    std::vector<float> volumes() const override { return in_order(ps_.V0); }
     ParticleRows rows(bool full) const override;
     void save(std::ostream&) const override;
     void restore(std::istream&) override;
@@ -39,7 +40,7 @@ private:
     double wanted_dt() const;
     double courant() const;
     std::vector<std::size_t> places() const;
-    std::vector<float> in_order(const Field<Real, 3>&) const;
+    template <int C> std::vector<float> in_order(const Field<Real, C>&) const;
     void check_start(const ParticleSet&) const;
     void check_energy();
     void balance_energy(const NodeAccount&, const Advanced<Real>&, StepReport&) const;
@@ -77,7 +78,7 @@ bool Method<Real, kind, transfer>::take_step(double dt, StepReport& report) {
     Stopwatch watch;
 
     rasterize_with_forces<kind, transfer>(ps_, grid_);              //  1  m_i = Σ_p m_p w_ip,  (m v)_i = Σ_p m_p v_p w_ip
-                                                                    //  2  V_p⁰ = m_p / ρ_p, once: in the constructor
+                                                                    //  2  V_p⁰, once: in the constructor
     watch.lap(report.seconds.scatter);                              //  3  f_i = −Σ_p V_p⁰ P F_Eᵀ ∇w_ip
     accelerate(grid_, Real(dt), g);                                 //  4  v* = v + Δt (f / m + g)
     auto fixed = collide_nodes(grid_, setup_.colliders, t_, fall);  //  5  v* against the bodies

@@ -226,10 +226,11 @@ std::vector<std::size_t> Method<Real, kind, transfer>::places() const {
 }
 
 template <class Real, Weights kind, Transfer transfer>
-std::vector<float> Method<Real, kind, transfer>::in_order(const Field<Real, 3>& field) const {
-    std::vector<float> values(3 * n_);
+template <int C>
+std::vector<float> Method<Real, kind, transfer>::in_order(const Field<Real, C>& field) const {
+    std::vector<float> values(C * n_);
     grid_.blocks.for_each_particle([&](std::size_t slot) {
-        for (int a = 0; a < 3; ++a) values[3 * ps_.id[slot] + a] = static_cast<float>(field.at(slot, a));
+        for (int a = 0; a < C; ++a) values[C * ps_.id[slot] + a] = static_cast<float>(field.at(slot, a));
     });
     return values;
 }

@@ -4,7 +4,7 @@
 
 namespace firn {
 
-/// Of three numbers above 0; the root of their n-th power's ratio, n = 0 … 3.
+/// a^(1/n) of a > 0 for n = 1, 2, 3; 1 for n = 0.
 template <class T> T root(T a, T n) {
     return select(n > T(2), cbrt(a), select(n > T(1), sqrt(a), select(n > T(0), a, T(1))));
 }
@@ -14,11 +14,11 @@ template <class T> T root(T a, T n) {
 ///
 ///   σ_i = clamp(σ̂_i, k low, k high),   σ_0 σ_1 σ_2 = J,   for σ̂_0 σ̂_1 σ̂_2 ≤ J ≤ the product of clamp(σ̂_i, low, high)
 ///
-/// Pressure has no bound then, and shear has the one it had: the largest over the smallest σ_i is at most high/low. What
-/// lies in one of these ranges stays as it is, so that the mapping is idempotent; it is symmetric in the σ̂_i, so isotropic;
+/// Pressure is the elastic law's then, and shear has the bound it had: the largest over the smallest σ_i is at most high/low.
+/// What lies in one of these ranges stays as it is, so that the mapping is idempotent; it is symmetric in the σ̂_i, so isotropic;
 /// and since the ends are k = 1 and σ̂ itself, it is continuous in σ̂ and J_P. At constant volume it draws the ln σ_i
-/// together, which for σ_i > ½ lowers Ψ. Scaling what was clamped, all alike, would make a fluid of compressed snow: the next step
-/// would find all σ_i below `low` and clamp them to one number.
+/// together, which for σ_i > ½ lowers Ψ. Scaling what was clamped, all alike, would make a fluid of compressed snow: the
+/// next step would find all σ_i below `low` and clamp them to one number.
 ///
 /// The product g(k) grows with k. Between the six k = σ̂_i/low, σ̂_i/high at which a clamp ends or begins it goes with kⁿ,
 /// where n of the σ_i are clamped; the least of those with g ≥ J begins the piece that holds J.

@@ -33,7 +33,8 @@ struct Solver {
     std::optional<double> flip_blend;             ///< α [1] of every step, however short, in place of flip_damping: the paper's.
     Weights weights = Weights::quadratic;
     Precision precision = Precision::single;
-    InitialVolume initial_volume = InitialVolume::grid;  ///< V⁰ = m_p/ρ_p of step 2, or m_p/ρ₀.
+    InitialVolume initial_volume = InitialVolume::sampled;  ///< V⁰ = m_p/ρ₀; grid: m_p/ρ_p of the paper's
+                                                            ///< step 2, too large and so too stiff where snow ends.
     LinearSolver linear_solver = LinearSolver::conjugate_gradient;
     double tolerance = 1e-2;                      ///< residual of the solve, relative to the first one [1].
     int max_iterations = 100;                     ///< of a linear solve.

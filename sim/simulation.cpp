@@ -69,7 +69,8 @@ double estimate_steps(const Setup& setup, const ParticleSet& particles, double s
             const Lame<double> k = hardened(m, packs_to * particles.Jp[p]);
             wave2 = std::max(wave2, (k.lambda + 2 * k.mu) / snow.rho);
         }
-        dt = std::min(dt, 0.5 * setup.h / std::sqrt(2 * wave2));
+        const double share = s.initial_volume == InitialVolume::grid ? 2 : 1;  // V⁰ ρ₀/m where snow ends
+        dt = std::min(dt, 0.5 * setup.h / std::sqrt(share * wave2));
     }
     return std::ceil(seconds / dt);
 }

@@ -86,6 +86,7 @@ public:
     virtual Totals totals() const = 0;
     virtual std::vector<float> positions() const = 0;    ///< 3n [m], in the order of sampling.
     virtual std::vector<float> velocities() const = 0;   ///< 3n [m/s], in the order of sampling.
+    virtual std::vector<float> volumes() const = 0;      ///< V⁰ [m³], in the order of sampling.
     virtual ParticleRows rows(bool full) const = 0;      ///< full: with mass, volume, J_P and F_E.
 
     /// The whole state, bit for bit: a simulation of the same setup that restores it goes on as this one would.

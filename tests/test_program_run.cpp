@@ -217,6 +217,11 @@ TEST_CASE("Progress is silent with --quiet and JSON lines with --json", "[run]")
     const Outcome warned = run_firn({"run", ball, "-o", folder / "warned", "--quiet", "--set",
                                      "bodies.0.shape.sphere.center=[0, 0.1, 0]"});
     CHECK_THAT(warned.err, Contains("ball.yaml:6:10: bodies.0: warning: about"));
+    for (const char* command : {"check", "simulate"}) {
+        Launch stiff{{command, ball, "--set", "solver.initial_volume=grid"}};
+        stiff.folder = folder.path();
+        CHECK_THAT(run_firn(stiff).err, Contains("ball.yaml:6:10: bodies.0: warning: its particles have"));
+    }
 }
 
 TEST_CASE("Without -o the output goes to out/<scene> of the working folder", "[run]") {

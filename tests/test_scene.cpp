@@ -26,7 +26,7 @@ TEST_CASE("A scene of two lines runs with the documented defaults", "[scene]") {
         nlohmann::ordered_json::parse(
             R"({"defaults": "firn", "integrator": "semi_implicit", "beta": 0.5, "gamma": 0.6, "stiff": "weighted",
                   "stiff_limit": "auto", "strain_limit": 0.025, "dt": "auto", "max_dt": 1e-3, "transfer": "flip",
-                  "flip_damping": 50.0, "weights": "quadratic", "precision": "float", "initial_volume": "grid",
+                  "flip_damping": 50.0, "weights": "quadratic", "precision": "float", "initial_volume": "sampled",
                   "linear_solver": "conjugate_gradient", "tolerance": 1e-2, "max_iterations": 100,
                   "rest_speed": 0.0, "rest_time": 0.1})"));
     CHECK(
@@ -81,7 +81,7 @@ gravity: [1, 2, 3]
 seed: 9007199254740992
 solver: {integrator: explicit, beta: 0.4, gamma: 0.7, stiff: all, stiff_limit: 0.3, strain_limit: 0.01,
          dt: 1e-4, max_dt: 2e-3, transfer: apic, flip_blend: 0.9,
-         weights: quadratic, precision: double, initial_volume: sampled, tolerance: 1e-6, max_iterations: 7,
+         weights: quadratic, precision: double, initial_volume: grid, tolerance: 1e-6, max_iterations: 7,
          rest_speed: 0.03, rest_time: 0.2}
 materials: {ice: {E: 1e6, nu: 0.3, xi: 5, theta_c: 0, theta_s: 1e6, rho: 900}, powder: {}}
 bodies:
@@ -115,7 +115,7 @@ picture: {width: 100, height: 50, quality: preview, sun_azimuth: 10, sun_elevati
     CHECK(scene.solver.flip_blend == 0.9);
     CHECK(scene.solver.weights == Weights::quadratic);
     CHECK(scene.solver.precision == Precision::twofold);
-    CHECK(scene.solver.initial_volume == InitialVolume::sampled);
+    CHECK(scene.solver.initial_volume == InitialVolume::grid);
     CHECK(scene.solver.tolerance == 1e-6);
     CHECK(scene.solver.max_iterations == 7);
     CHECK(scene.solver.rest_speed == 0.03);
@@ -263,6 +263,29 @@ TEST_CASE("Bodies without particles are refused, overlaps are told", "[scene]") 
     CHECK(warnings[0].find("inside colliders.0") != std::string::npos);
     CHECK(warnings[2].find("inside bodies.0") != std::string::npos);
     CHECK(make_particles(load(six_lines), 0.1).warnings.empty());
+}
+
+TEST_CASE("A body whose particles have another volume than their mass is told", "[scene]") {
+    const auto warnings = [](const std::string& radius, const std::string& volume, double coarser = 1) {
+        const LoadedScene loaded = load("grid_spacing: 0.1\nsolver: {initial_volume: " + volume +
+                                        "}\nbodies:\n  - shape: {sphere: {radius: " + radius + "}}\n");
+        const StartingParticles start = make_particles(loaded, 0.1);
+        const auto V0 = make_simulation(make_setup(loaded.scene), ParticleSet(start.particles))->volumes();
+        return volume_warnings(loaded, start.counts, start.volumes, V0, coarser * 0.1);
+    };
+    REQUIRE(warnings("0.3", "grid").size() == 1);
+    CHECK_THAT(warnings("0.3", "grid")[0], Catch::StartsWith("scenes/ball.yaml:4:5: bodies.0: warning: its particles have 1.58 times") &&
+                                               Catch::EndsWith("set solver.initial_volume: sampled"));
+    CHECK(warnings("0.3", "sampled").empty());
+    CHECK(warnings("1.2", "grid").empty());             // 12 h
+    CHECK(warnings("0.3", "grid", 3).empty());          // on a grid as fine as the scene's it would be 1.19
+
+    LoadedScene loaded = load("grid_spacing: 0.1\nbodies: [{shape: {sphere: {radius: 0.3}}}]\n");
+    loaded.files[0].volume = {1e-3, 2e-3};
+    CHECK(volume_warnings(loaded, {2}, {2.6e-3}, {1e-3f, 2e-3f}, 0.1).empty());
+    const auto own = volume_warnings(loaded, {2}, {2e-3}, {1e-3f, 2e-3f}, 0.1);
+    REQUIRE(own.size() == 1);
+    CHECK_THAT(own[0], Catch::Contains("1.5 times") && Catch::EndsWith("set rho to 267, or take the volumes out of the file"));
 }
 
 TEST_CASE("A shape that would keep sampling busy for hours is refused where it stands", "[scene]") {
