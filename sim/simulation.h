@@ -41,8 +41,8 @@ struct StepReport {
     int rejected = 0;                   ///< attempts with a longer Δt that were thrown away before this one.
     std::size_t nodes = 0;              ///< grid nodes in use.
     std::size_t stiff_nodes = 0;        ///< of them, those that the solve was for.
-    Ledger ledger;                      ///< where the energy went.
-    std::vector<Exchange> exchanges;    ///< with each body.
+    Ledger ledger{};                    ///< where the energy went.
+    std::vector<Exchange> exchanges{};  ///< with each body.
     std::size_t asleep = 0;             ///< particles that rest after the step.
     PhaseSeconds seconds{};
 

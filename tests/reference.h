@@ -1,4 +1,5 @@
 #pragma once
+#include "sim/ledger.h"
 #include "sim/settings.h"
 #include "sim/snow.h"
 
@@ -24,6 +25,7 @@ struct Node {
     Vec3d x, v_n, v, f;
     double m;
     Mat3d free;             ///< what the solve may change: I, or less where contact fixed something.
+    Vec3d J = Vec3d::Zero();    ///< contact's impulse.
 };
 
 struct Svd { Mat3d U, V; Vec3d s; };
@@ -45,6 +47,7 @@ struct World {
     std::vector<Collider> colliders;
     std::vector<Particle> particles;
     std::vector<Node> nodes;
+    Ledger ledger;          ///< of the last step.
 
     double N(double d) const {
         d = std::abs(d);
@@ -215,15 +218,50 @@ struct World {
         const Eigen::MatrixXd fixed = Eigen::MatrixXd::Identity(n, n) - Q;
         const Eigen::VectorXd dv = scale.cwiseProduct((E + fixed).partialPivLu().solve(residual));
         for (std::size_t a = 0; a < active.size(); ++a) active[a]->v += active[a]->free * dv.segment<3>(3 * a);
+        for (std::size_t a = 0; a < active.size(); ++a) v.segment<3>(3 * a) = active[a]->v - active[a]->v_n;
+        // M (vⁿ⁺¹ − v*) = −H (…) + what holds it
+        const Eigen::VectorXd internal = -(H * (solver.beta * v + damping * v_n));
+        for (std::size_t a = 0; a < active.size(); ++a) {
+            const Vec3d held = active[a]->m * active[a]->free * dv.segment<3>(3 * a) - internal.segment<3>(3 * a);
+            active[a]->J += held - active[a]->free * held;
+        }
+    }
+
+    double kinetic() const {
+        double sum = 0;
+        for (const Particle& p : particles) sum += p.m / 2 * p.v.squaredNorm();
+        return sum;
+    }
+    double psi(const Particle& p, const Mat3d& F_E) const {
+        const Svd d = svd(F_E);
+        const double J = F_E.determinant();
+        return mu(p) * (F_E - d.U * d.V.transpose()).squaredNorm() + lambda(p) / 2 * (J - 1) * (J - 1);
+    }
+    /// What the nodes' part of a step does to the ledger: each impulse with the mean of vⁿ and vⁿ⁺¹.
+    void account(double dt, double kinetic_before) {
+        double before = 0, after = 0;
+        for (const Node& i : nodes) {
+            before += i.m / 2 * i.v_n.squaredNorm(), after += i.m / 2 * i.v.squaredNorm();
+            ledger.gravity += i.m * dt * gravity.dot(i.v_n + i.v) / 2, ledger.contact += i.J.dot(i.v_n + i.v) / 2;
+        }
+        ledger.to_grid = before - kinetic_before, ledger.integration = after - before - ledger.gravity - ledger.contact;
+        ledger.to_particles = -after;
     }
 
     void step(double dt) {
+        ledger = {};
+        const double kinetic_before = kinetic();
         rasterize();                                                                        //  1 (2: set_volumes)
         for (Node& i : nodes)                                                               //  3
             for (const Particle& p : particles) i.f -= p.V0 * P(p) * p.F_E.transpose() * grad_w(i, p);
         for (Node& i : nodes) if (i.m > 0) i.v = i.v_n + dt * (i.f / i.m + gravity);        //  4
-        for (Node& i : nodes) if (i.m > 0) i.v = against_bodies(i.x, i.v, i.free);          //  5
+        for (Node& i : nodes) {                                                             //  5
+            if (!(i.m > 0)) continue;
+            const Vec3d v_star = i.v;
+            i.v = against_bodies(i.x, i.v, i.free), i.J = i.m * (i.v - v_star);
+        }
         if (solver.integrator == Integrator::semi_implicit) solve(dt);                      //  6
+        account(dt, kinetic_before);
         for (Particle& p : particles) {
             Mat3d grad_v = Mat3d::Zero(), C = Mat3d::Zero();
             Vec3d pic = Vec3d::Zero(), flip = p.v;
@@ -235,6 +273,7 @@ struct World {
             }
             const Mat3d F_trial = (Mat3d::Identity() + dt * grad_v) * p.F_E;                //  7
             const Mat3d F = F_trial * p.F_P;
+            ledger.integration += p.V0 * (psi(p, F_trial) - psi(p, p.F_E)), ledger.plastic -= p.V0 * psi(p, F_trial);
             const Svd d = svd(F_trial);
             const Vec3d s = returned(d.s, p.F_P.determinant());
             p.F_E = d.U * s.asDiagonal() * d.V.transpose();
@@ -242,8 +281,11 @@ struct World {
             const double alpha = solver.transfer == Transfer::apic ? 0 : solver.flip_blend.value_or(std::exp(-solver.flip_damping * dt));
             p.v = (1 - alpha) * pic + alpha * flip;                                         //  8
             p.C = C;
+            ledger.plastic += p.V0 * psi(p, p.F_E);
+            ledger.to_particles += p.m / 2 * p.v.squaredNorm(), ledger.contact -= p.m / 2 * p.v.squaredNorm();
             Mat3d ignored = Mat3d::Identity();
             p.v = against_bodies(p.x, p.v, ignored);                                        //  9
+            ledger.contact += p.m / 2 * p.v.squaredNorm();
             p.x += dt * p.v;                                                                // 10
         }
         t += dt;

@@ -8,7 +8,7 @@ using namespace firn;
 // A particle's density is m/(V⁰ det F_E J_P).
 
 TEST_CASE("no snow of the scene at the wall is packed denser than ice, and little of it squeezed denser", "[step]") {
-    const LoadedScene loaded = load_scene(std::string(FIRN_SOURCE_DIR) + "/scenes/snowball_wall.yaml", {"draft", {}});
+    const LoadedScene loaded = load_scene(FIRN_SOURCE_DIR "/scenes/snowball_wall.yaml", {"draft", {}});
     const double ice = loaded.scene.materials.at("snow").max_density, limit = loaded.scene.materials.at("snow").rho / ice;
     const auto sim = make_simulation(make_setup(loaded.scene), make_particles(loaded, loaded.scene.grid_spacing).particles);
     double densest = 0, packed = 0, least = 1;
