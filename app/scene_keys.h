@@ -57,6 +57,10 @@ inline constexpr auto choices(InitialVolume) {
     return std::array{Choice<InitialVolume>{"grid", InitialVolume::grid},
                       Choice<InitialVolume>{"sampled", InitialVolume::sampled}};
 }
+inline constexpr auto choices(NodeContact) {
+    return std::array{Choice<NodeContact>{"inelastic", NodeContact::inelastic},
+                      Choice<NodeContact>{"elastic", NodeContact::elastic}};
+}
 inline constexpr auto choices(Sampling) {
     return std::array{Choice<Sampling>{"poisson_disk", Sampling::poisson_disk},
                       Choice<Sampling>{"lattice", Sampling::lattice},
@@ -148,11 +152,9 @@ template <class V> void describe_kinds(V& v, ShapeUse use) {
 template <class V> void describe(V& v, Solver& s) {
     v.key({"defaults", "whose values stand for what is not given here; paper: the step as it was published"}, s.defaults);
     v.key({"integrator", "explicit, the paper's semi-implicit step, or fully implicit by Newton's method"}, s.integrator);
-    v.key({"beta", "semi_implicit: Newmark's; stable from gamma/2 on", "", above(0).up_to(1)}, s.beta);
-    v.key({"gamma", "semi_implicit: Newmark's; 0.5 takes no energy, more damps what is implicit; auto: beta + 0.5, the paper's equation",
-           "", at_least(0.5).up_to(1.5)}, s.gamma);
+    v.key({"beta", "semi_implicit: 0.5 trapezoidal, 1 backward Euler", "", above(0).up_to(1)}, s.beta);
     v.key({"stiff", "semi_implicit: weighted makes a particle as implicit as its stiffness asks for, all makes each wholly so"}, s.stiff);
-    v.key({"stiff_limit", "speed of sound times dt over grid_spacing from which on a particle is implicit; auto: where explicit steps end",
+    v.key({"stiff_limit", "speed of sound times dt over grid_spacing up to which a particle is explicit; auto: all that is stable",
            "", above(0).up_to(10)}, s.stiff_limit);
     v.key({"strain_limit", "greatest strain of an automatic time step", "", above(0).up_to(0.5)}, s.strain_limit);
     v.key({"dt", "time step, or auto: bounded by the flow, and by the wave speed when explicit", "s",
@@ -167,6 +169,8 @@ template <class V> void describe(V& v, Solver& s) {
     v.key({"precision", "of particles and grid"}, s.precision);
     v.key({"initial_volume", "sampled: mass over density; grid: the paper's step 2, too large and so too stiff where snow ends"},
           s.initial_volume);
+    v.key({"node_contact", "of FLIP's nodes with bodies. elastic: bears forces; inelastic: the paper's, brakes snow at every step, however short"},
+          s.node_contact);
     v.key({"linear_solver", "of the implicit integrators; conjugate_gradient uses the stiffness of unstrained snow, the others that of strained snow"}, s.linear_solver);
     v.key({"tolerance", "relative residual of the solve", "", above(0).below(1)}, s.tolerance);
     v.key({"max_iterations", "of a linear solve", "", at_least(1).up_to(10000)}, s.max_iterations);

@@ -15,6 +15,21 @@ Contact collide(const Vec3d& v, const Vec3d& n, const Collider& c, const Vec3d& 
     return {v_t + c.friction * v_n / speed * v_t + c.velocity, Contact::Fixes::normal};
 }
 
+namespace {
+
+/// Takes from r.free what contact fixed.
+void fix(Collided& r, Contact::Fixes fixes, const Vec3d& n) {
+    if (fixes == Contact::Fixes::nothing) return;
+    r.touched = true;
+    if (fixes == Contact::Fixes::everything) {
+        r.free.setZero();
+    } else if (const Vec3d m = r.free * n; m.squaredNorm() > 1e-12) {
+        r.free -= m * m.transpose() / m.squaredNorm();  // without n's direction in what was free still
+    }
+}
+
+}  // namespace
+
 Collided collide(const Vec3d& x, const Vec3d& v, const std::vector<Collider>& colliders, double t,
                  const Vec3d& push) {
     Collided r{v, Mat3d::Identity(), false};
@@ -23,13 +38,25 @@ Collided collide(const Vec3d& x, const Vec3d& v, const std::vector<Collider>& co
         const Vec3d n = outward_normal(c, x, t);
         const Contact contact = collide(r.v, n, c, push);
         r.v = contact.v;
-        if (contact.fixes == Contact::Fixes::nothing) continue;
-        r.touched = true;
-        if (contact.fixes == Contact::Fixes::everything) {
-            r.free.setZero();
-        } else if (const Vec3d m = r.free * n; m.squaredNorm() > 1e-12) {
-            r.free -= m * m.transpose() / m.squaredNorm();  // without n's direction in what was free still
-        }
+        fix(r, contact.fixes, n);
+    }
+    return r;
+}
+
+NodeCollided collide_elastic(const Vec3d& x, NodeMotion v, const std::vector<Collider>& colliders, double t) {
+    NodeCollided r{{v.after, Mat3d::Identity(), false}, v.before};
+    for (const Collider& c : colliders) {
+        if (signed_distance(c, x, t) > 0) continue;
+        const Vec3d n = outward_normal(c, x, t), v_rel = r.before - c.velocity;
+        if (c.contact != ContactLaw::sticky && (r.v - c.velocity).dot(n) >= 0 && v.pressed.dot(n) >= 0) continue;
+        const double d_n = (r.v + v.to_come - r.before).dot(n), v_n = v_rel.dot(n);
+        const Vec3d along = r.v - (r.v - c.velocity).dot(n) * n;
+        // What is left to meet the body is v_t, and the load on it.
+        const double felt = d_n + (1 - v.flip_blend) * v_n;
+        const Contact contact = collide(along + std::min(0.0, felt) * n, n, c);
+        r.v = contact.fixes == Contact::Fixes::nothing ? along : contact.v;
+        r.before = c.contact == ContactLaw::sticky ? c.velocity : Vec3d(r.before - (v_n + std::clamp(d_n, 0.0, std::max(0.0, -v_n))) * n);
+        fix(r, contact.fixes == Contact::Fixes::nothing ? Contact::Fixes::normal : contact.fixes, n);
     }
     return r;
 }

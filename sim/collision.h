@@ -45,4 +45,26 @@ struct Collided {
 Collided collide(const Vec3d& x, const Vec3d& v, const std::vector<Collider>&, double t,
                  const Vec3d& push = {0, 0, 0});
 
+/// A node's velocities in one step [m/s].
+struct NodeMotion {
+    Vec3d before;                   ///< vⁿ
+    Vec3d after;                    ///< what meets the bodies: v*.
+    Vec3d to_come{0, 0, 0};         ///< what forces add that `after` does not hold yet.
+    Vec3d pressed{0, 0, 0};         ///< Δt f/m, of stresses alone.
+    double flip_blend = 1;          ///< α [1]: PIC's share feels that the node was stopped.
+};
+
+/// Contact that bears what forces push into the body, and no more. With d = Δt (f/m + g), along the normal n of a body
+/// that v*_n < 0 would enter or f_n < 0 presses on:
+///   v*_n ← 0, so that snow is strained as the body strains it;  v_nⁿ ← −max(0, d_n), so that FLIP's particles feel
+///   v* − vⁿ = max(0, d_n), and not that the node was stopped: what stops them is the stress of that strain
+///   v_t ← as in `collide`, pressed by what snow feels along n: −d_n − (1−α) v_nⁿ, if that is positive
+/// In a sticky body v* and vⁿ ← v_co. For Δt → 0 the powers of stresses at a node, f·v of the strain and of the particles,
+/// are equal: no energy is lost. The law of `collide` takes v_nⁿ from the particles at every step, however short, through
+/// however small a weight.
+struct NodeCollided : Collided {
+    Vec3d before;                   ///< vⁿ as FLIP has to see it [m/s].
+};
+NodeCollided collide_elastic(const Vec3d& x, NodeMotion, const std::vector<Collider>&, double t);
+
 }  // namespace firn

@@ -27,16 +27,17 @@ template <class Real, Weights kind> class LinearElasticHessian {
 public:
     explicit LinearElasticHessian(const Elements<Real, kind>& elements) : elements_(elements) {}
     void operator()(const NodeField<Real>& u, NodeField<Real>& f) const {
-        using P = Pack<Real, lanes>;
-        elements_.map_gradients(u, f, [](std::size_t, const Element<Real, kind>& e, const Mat3<P>& G) {
-            Mat3<P> A = e.k.mu * (G + G.transpose());
-            const P pressure = e.k.lambda * G.trace();
-            for (int i = 0; i < 3; ++i) A(i, i) += pressure;
-            return A;
-        });
+        elements_.map_gradients(u, f, [](std::size_t, const auto& e, const auto& G) { return hooke(e, G); });
     }
 
 private:
+    using P = Pack<Real, lanes>;
+    static Mat3<P> hooke(const Element<Real, kind>& e, const Mat3<P>& G) {
+        Mat3<P> A = e.k.mu * (G + G.transpose());
+        const P pressure = e.k.lambda * G.trace();
+        for (int i = 0; i < 3; ++i) A(i, i) += pressure;
+        return A;
+    }
     const Elements<Real, kind>& elements_;
 };
 

@@ -7,9 +7,9 @@
 
 namespace firn {
 
-// With x₀ = vⁿ, and v* in what contact fixed there, and u = vⁿ⁺¹ − x₀ the equation of solve_implicit reads
+// With x₀ = vⁿ, but v* in what contact fixed, and u = vⁿ⁺¹ − x₀ the equation of solve_implicit reads
 //
-//   (M + β Δt² H) u = M (v* − x₀) − Δt² H (β (x₀ − vⁿ) + (γ − ½) vⁿ).
+//   (M + β Δt² H) u = M (v* − x₀) − β Δt² H x₀.
 //
 // v* itself, the explicit step's end, would be a start that is far off wherever that step is unstable.
 
@@ -21,24 +21,23 @@ Convergence solve_implicit(const Particles<Real>& ps, Grid<Real>& grid, const st
     if (elements.size() == 0) return {};
     const bool hooke = solver.linear_solver == LinearSolver::conjugate_gradient;
     System<Real, kind> system(elements, grid, fixed, solver.beta * dt * dt, hooke);
-    const double damping = solver.gamma.value_or(solver.beta + 0.5) - 0.5;
     const Pages<Real>& m = system.masses();
     const std::vector<std::uint32_t>& nodes = elements.grid_nodes();
 
-    NodeField<Real> v_star(nodes.size()), x0(nodes.size()), y(nodes.size()), b(nodes.size()), u(nodes.size());
-    v_star.for_each([&](std::ptrdiff_t i) {
+    NodeField<Real> v_star(nodes.size()), x0(nodes.size()), b(nodes.size()), u(nodes.size());
+    x0.for_each([&](std::ptrdiff_t i) {
         const Node<Real>& n = grid.nodes[nodes[i]];
-        v_star.at[i] = N4::of(n[0], n[1], n[2], 0), y.at[i] = N4::of(n[4], n[5], n[6], 0);
+        v_star.at[i] = N4::of(n[0], n[1], n[2], 0), x0.at[i] = N4::of(n[4], n[5], n[6], 0);
     });
-    x0 = v_star, x0.axpy(-1, y);                            // v* − vⁿ
-    NodeField<Real> free = x0;
-    system.project(free);
-    x0.axpy(-1, free), x0.axpy(1, y);                       // vⁿ + (I − P)(v* − vⁿ)
-    y.for_each([&](std::ptrdiff_t i) { y.at[i] = N4(Real(solver.beta)) * (x0.at[i] - y.at[i]) + N4(Real(damping)) * y.at[i]; });
-
+    for (const FixedNode<Real>& f : system.fixed()) {       // vⁿ + (I − P)(v* − vⁿ)
+        const N4 change = v_star.at[f.node] - x0.at[f.node];
+        const Vec3<Real> d(change[0], change[1], change[2]), held = d - f.free * d;
+        x0.at[f.node] += N4::of(held(0), held(1), held(2), 0);
+    }
+    const double factor = solver.beta * dt * dt;
     const auto go = [&](const auto& hessian) {
-        hessian(y, b);
-        b.for_each([&](std::ptrdiff_t i) { b.at[i] = N4(m[i]) * (v_star.at[i] - x0.at[i]) - N4(Real(dt * dt)) * b.at[i]; });
+        hessian(x0, b);
+        b.for_each([&](std::ptrdiff_t i) { b.at[i] = N4(m[i]) * (v_star.at[i] - x0.at[i]) - N4(Real(factor)) * b.at[i]; });
         const double floor = 4 * std::numeric_limits<Real>::epsilon() * std::sqrt(system.dot(v_star, v_star));
         return system.solve(u, b, hessian, solver.linear_solver, solver.tolerance, floor, solver.max_iterations);
     };

@@ -141,7 +141,7 @@ template <class Real, Weights kind, Transfer transfer> double Method<Real, kind,
 /// The least x_s of the materials.
 template <class Real, Weights kind, Transfer transfer> double Method<Real, kind, transfer>::courant() const {
     double x = std::numeric_limits<double>::max();
-    for (const Snow& snow : setup_.materials) x = std::min(x, stable_courant(kind, snow.nu));
+    for (const Snow& snow : setup_.materials) x = std::min(x, stiff_limit(setup_.solver, snow));
     return x;
 }
 

@@ -60,17 +60,20 @@ double estimate_steps(const Setup& setup, const ParticleSet& particles, double s
     // What falls for all that time, at most half a second.
     speed = std::max(speed, std::sqrt(speed * speed + std::pow(setup.gravity.norm() * std::min(seconds, 0.5), 2)));
     double dt = std::min(s.max_dt, 0.6 * setup.h / std::max(speed, 1e-30));
+    constexpr double cells = 5;  // over which what hits a body is strained: as measured in the shipped scenes
+    if (!setup.colliders.empty()) dt = std::min(dt, cells * s.strain_limit * setup.h / std::max(speed, 1e-30));
     if (s.integrator == Integrator::explicit_euler) {
         constexpr double packs_to = 0.8;  // of its J_P, where it lands
-        double wave2 = 0;
+        double wave2 = 0, courant = std::numeric_limits<double>::max();
         for (std::size_t p = 0; p < particles.size(); ++p) {
             const Snow& snow = setup.materials[particles.material[p]];
             const SnowModel<double> m = model(snow);
             const Lame<double> k = hardened(m, packs_to * particles.Jp[p]);
             wave2 = std::max(wave2, (k.lambda + 2 * k.mu) / snow.rho);
+            courant = std::min(courant, stiff_limit(s, snow));
         }
         const double share = s.initial_volume == InitialVolume::grid ? 2 : 1;  // V⁰ ρ₀/m where snow ends
-        dt = std::min(dt, 0.5 * setup.h / std::sqrt(share * wave2));
+        dt = std::min(dt, courant * setup.h / std::sqrt(share * wave2));
     }
     return std::ceil(seconds / dt);
 }

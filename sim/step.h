@@ -28,12 +28,12 @@ template <class Real> void accelerate(Grid<Real>& grid, Real dt, const Vec3<Real
     }
 }
 
-/// Step 5: v* of the nodes against the bodies. Returns the nodes where contact fixed something. With `fall`, Δt g, what
-/// meets the bodies is v + Δt g, and friction sees how the forces in v* press it there: in a long step their tangential
-/// part is no motion that a body could feel.
+/// Step 5: v* of the nodes against the bodies. Returns the nodes where contact fixed something. `fall`, Δt g, tells what
+/// stresses gave to v* alone. With `forces_to_come`, what meets the bodies is v + Δt g, and friction sees how the forces in
+/// v* press it there: in a long step their tangential part is no motion that a body could feel.
 template <class Real>
-std::vector<FixedNode<Real>> collide_nodes(Grid<Real>& grid, const std::vector<Collider>& colliders, double t,
-                                           const std::optional<Vec3d>& fall = {}) {
+std::vector<FixedNode<Real>> collide_nodes(Grid<Real>& grid, const std::vector<Collider>& colliders, double t, NodeContact law, double flip_blend,
+                                           const std::optional<Vec3d>& fall = {}, bool forces_to_come = false) {
     std::vector<FixedNode<Real>> fixed;
     if (colliders.empty()) return fixed;
     const double h = grid.h;
@@ -50,11 +50,17 @@ std::vector<FixedNode<Real>> collide_nodes(Grid<Real>& grid, const std::vector<C
             if (!(node[3] > 0)) continue;
             const Vec3d x = grid.position(b, std::countr_zero(left));
             const Vec3d v_star(node[0], node[1], node[2]), v_n(node[4], node[5], node[6]);
-            Vec3d v = v_star, push(0, 0, 0);
-            if (fall) v = v_n + *fall, push = v_star - v;
-            const Collided c = collide(x, v, colliders, t, push);
+            const Vec3d v = forces_to_come ? v_n + *fall : v_star, to_come = v_star - v;
+            NodeCollided c;
+            if (law == NodeContact::elastic) {
+                Vec3d pressed = fall ? Vec3d(v_star - v_n - *fall) : Vec3d(0, 0, 0);
+                if (pressed.norm() < 8 * std::numeric_limits<Real>::epsilon() * (v_n.norm() + v_star.norm())) pressed.setZero();
+                c = collide_elastic(x, {v_n, v, to_come, pressed, flip_blend}, colliders, t);
+            } else {
+                c = {collide(x, v, colliders, t, to_come), v_n};
+            }
             if (!c.touched) continue;
-            for (int a = 0; a < 3; ++a) node.lanes[a] = Real(c.v(a));
+            for (int a = 0; a < 3; ++a) node.lanes[a] = Real(c.v(a)), node.lanes[4 + a] = Real(c.before(a));
             const Vec3d impulse = double(node[3]) * (c.v - v_star);
             parts[omp_get_thread_num()].push_back({i, c.free.template cast<Real>(), v_n.template cast<Real>(), impulse.template cast<Real>(), x});
         }

@@ -19,7 +19,7 @@ inline double stable_courant(Weights weights, double nu) {
     return (weights == Weights::quadratic ? 0.45 : 0.6) * std::sqrt(1.5 / kappa);
 }
 
-/// The same as the scene has it.
+/// The same, as the scene has it.
 inline double stiff_limit(const Solver& solver, const Snow& snow) {
     return solver.stiff_limit.value_or(stable_courant(solver.weights, snow.nu));
 }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 // The method of Stomakhin et al. 2013 as plainly as it can be written: double precision, one thread, a dense
@@ -26,6 +27,7 @@ struct Node {
     double m;
     Mat3d free;             ///< what the solve may change: I, or less where contact fixed something.
     Vec3d J = Vec3d::Zero();    ///< contact's impulse.
+    Vec3d v_before = Vec3d::Zero();     ///< v_n as the particles make it; contact changes v_n.
 };
 
 struct Svd { Mat3d U, V; Vec3d s; };
@@ -144,6 +146,38 @@ struct World {
         return v;
     }
 
+    double flip_share(double dt) const {
+        return solver.transfer == Transfer::apic ? 0 : solver.flip_blend.value_or(std::exp(-solver.flip_damping * dt));
+    }
+    /// The elastic law: node i, v* = v_n + Δt (f/m + g), against every body. FLIP sees v − v_n: of what the node had along n,
+    /// nothing; of what the forces give along n, what leads out of the body. PIC's share feels all.
+    void bear(Node& i, double dt) const {
+        const Vec3d stress = dt * i.f / i.m;
+        const bool stressed = stress.norm() > 8 * std::numeric_limits<double>::epsilon() * (i.v.norm() + i.v_n.norm());
+        for (const Collider& c : colliders) {
+            const Vec3d at = i.x - t * c.velocity, n = outward_normal(c.shape, at);
+            if (signed_distance(c.shape, at) > 0) continue;
+            if (c.contact == ContactLaw::sticky) {
+                i.v = i.v_n = c.velocity, i.free.setZero();
+                continue;
+            }
+            const double in = (i.v - c.velocity).dot(n), load = (i.v - i.v_n).dot(n), had = (i.v_n - c.velocity).dot(n);
+            if (in >= 0 && !(stressed && stress.dot(n) < 0)) continue;
+            const Vec3d v_t = i.v - c.velocity - in * n;
+            i.v_n -= had * n;
+            if (load > 0 && had < 0) i.v_n -= std::min(load, -had) * n;
+            const double felt = load + (1 - flip_share(dt)) * had;
+            if (felt < 0 && v_t.norm() <= -c.friction * felt) {
+                i.v = c.velocity, i.free.setZero();
+                continue;
+            }
+            i.v = c.velocity + v_t;
+            if (felt < 0) i.v += c.friction * felt * v_t.normalized();
+            const Vec3d m = i.free * n;
+            if (m.norm() > 1e-6) i.free -= m * m.transpose() / m.squaredNorm();
+        }
+    }
+
     void make_nodes() {
         nodes.clear();
         Vec3d low = Vec3d::Constant(1e300), high = -low;
@@ -187,16 +221,15 @@ struct World {
         return std::max(0.0, 1 - limit * limit / x2);
     }
 
-    /// M (vⁿ⁺¹ − v*) + Δt² H (β (vⁿ⁺¹ − vⁿ) + (γ − ½) vⁿ) = 0 with H = Σ w ∂²Φ/∂x² as a dense matrix, solved for what contact
-    /// left free.
+    /// (M + β Δt² H) vⁿ⁺¹ = M v* with H = Σ w ∂²Φ/∂x² as a dense matrix, solved for what contact left free.
     void solve(double dt) {
         std::vector<Node*> active;
         for (Node& i : nodes) if (i.m > 0) active.push_back(&i);
         const auto n = static_cast<Eigen::Index>(3 * active.size());
         Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n), Q = H;
-        Eigen::VectorXd v(n), v_n(n), m(n);
+        Eigen::VectorXd v(n), m(n);
         for (std::size_t a = 0; a < active.size(); ++a) {
-            v.segment<3>(3 * a) = active[a]->v, v_n.segment<3>(3 * a) = active[a]->v_n;
+            v.segment<3>(3 * a) = active[a]->v;
             m.segment<3>(3 * a).setConstant(active[a]->m);
             Q.block<3, 3>(3 * a, 3 * a) = active[a]->free;
         }
@@ -210,17 +243,15 @@ struct World {
                 }
             }
         const Eigen::MatrixXd matrix = Eigen::MatrixXd(m.asDiagonal()) + solver.beta * H;
-        const double damping = solver.gamma ? *solver.gamma - 0.5 : solver.beta;
         // Scaled by M^−½ from both sides, since masses span many powers of ten.
         const Eigen::VectorXd scale = m.cwiseSqrt().cwiseInverse();
         const Eigen::MatrixXd E = scale.asDiagonal() * (Q * matrix * Q) * scale.asDiagonal();
-        const Eigen::VectorXd residual = scale.cwiseProduct(Q * (H * (-solver.beta * (v - v_n) - damping * v_n)));
+        const Eigen::VectorXd residual = scale.cwiseProduct(Q * (H * (-solver.beta * v)));
         const Eigen::MatrixXd fixed = Eigen::MatrixXd::Identity(n, n) - Q;
         const Eigen::VectorXd dv = scale.cwiseProduct((E + fixed).partialPivLu().solve(residual));
         for (std::size_t a = 0; a < active.size(); ++a) active[a]->v += active[a]->free * dv.segment<3>(3 * a);
-        for (std::size_t a = 0; a < active.size(); ++a) v.segment<3>(3 * a) = active[a]->v - active[a]->v_n;
-        // M (vⁿ⁺¹ − v*) = −H (…) + what holds it
-        const Eigen::VectorXd internal = -(H * (solver.beta * v + damping * v_n));
+        for (std::size_t a = 0; a < active.size(); ++a) v.segment<3>(3 * a) = active[a]->v;
+        const Eigen::VectorXd internal = -solver.beta * (H * v);    // M (vⁿ⁺¹ − v*) is this and what holds it
         for (std::size_t a = 0; a < active.size(); ++a) {
             const Vec3d held = active[a]->m * active[a]->free * dv.segment<3>(3 * a) - internal.segment<3>(3 * a);
             active[a]->J += held - active[a]->free * held;
@@ -240,9 +271,11 @@ struct World {
     /// What the nodes' part of a step does to the ledger: each impulse with the mean of vⁿ and vⁿ⁺¹.
     void account(double dt, double kinetic_before) {
         double before = 0, after = 0;
-        for (const Node& i : nodes) {
-            before += i.m / 2 * i.v_n.squaredNorm(), after += i.m / 2 * i.v.squaredNorm();
-            ledger.gravity += i.m * dt * gravity.dot(i.v_n + i.v) / 2, ledger.contact += i.J.dot(i.v_n + i.v) / 2;
+        const double alpha = flip_share(dt);
+        for (const Node& i : nodes) {       // particles feel v − v_n, and the share 1 − α of v
+            const Vec3d unfelt = alpha * (i.v_before - i.v_n), v = i.v + unfelt, twice_mean = i.v_before + v;
+            before += i.m / 2 * i.v_before.squaredNorm(), after += i.m / 2 * v.squaredNorm();
+            ledger.gravity += i.m * dt * gravity.dot(twice_mean) / 2, ledger.contact += (i.J + i.m * unfelt).dot(twice_mean) / 2;
         }
         ledger.to_grid = before - kinetic_before, ledger.integration = after - before - ledger.gravity - ledger.contact;
         ledger.to_particles = -after;
@@ -255,10 +288,14 @@ struct World {
         for (Node& i : nodes)                                                               //  3
             for (const Particle& p : particles) i.f -= p.V0 * P(p) * p.F_E.transpose() * grad_w(i, p);
         for (Node& i : nodes) if (i.m > 0) i.v = i.v_n + dt * (i.f / i.m + gravity);        //  4
+        const bool elastic = solver.node_contact == NodeContact::elastic && solver.transfer == Transfer::flip;
         for (Node& i : nodes) {                                                             //  5
             if (!(i.m > 0)) continue;
             const Vec3d v_star = i.v;
-            i.v = against_bodies(i.x, i.v, i.free), i.J = i.m * (i.v - v_star);
+            i.v_before = i.v_n;
+            if (elastic) bear(i, dt);
+            else i.v = against_bodies(i.x, i.v, i.free);
+            i.J = i.m * (i.v - v_star);
         }
         if (solver.integrator == Integrator::semi_implicit) solve(dt);                      //  6
         account(dt, kinetic_before);
@@ -278,7 +315,7 @@ struct World {
             const Vec3d s = returned(d.s, p.F_P.determinant());
             p.F_E = d.U * s.asDiagonal() * d.V.transpose();
             p.F_P = d.V * s.cwiseInverse().asDiagonal() * d.U.transpose() * F;
-            const double alpha = solver.transfer == Transfer::apic ? 0 : solver.flip_blend.value_or(std::exp(-solver.flip_damping * dt));
+            const double alpha = flip_share(dt);
             p.v = (1 - alpha) * pic + alpha * flip;                                         //  8
             p.C = C;
             ledger.plastic += p.V0 * psi(p, p.F_E);

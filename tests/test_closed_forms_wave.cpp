@@ -32,7 +32,7 @@ double error(const Wave& w) {
     setup.materials = {{.E = E, .nu = 0, .xi = 0, .theta_c = 0.9, .theta_s = 1e9, .rho = rho}};
     setup.solver.precision = Precision::twofold;
     setup.solver.weights = w.weights, setup.solver.transfer = w.transfer, setup.solver.integrator = w.integrator;
-    if (w.integrator == Integrator::semi_implicit) setup.solver.stiff = Stiff::all, setup.solver.beta = 1, setup.solver.gamma.reset();
+    if (w.integrator == Integrator::semi_implicit) setup.solver.stiff = Stiff::all, setup.solver.beta = 1;
     setup.solver.flip_blend = 1;                // the share of PIC damps more the smaller the step
     setup.solver.dt = w.courant * w.h / c;
     setup.solver.tolerance = 1e-8, setup.solver.max_iterations = 500;

@@ -25,7 +25,7 @@ TEST_CASE("run writes frames and a record of what was run", "[run]") {
                                            "machine", "gl_renderer", "particles", "body_particles", "frames"});
     CHECK(record["program"] == "firn");
     CHECK(record["version"] == FIRN_VERSION);
-    CHECK(record["scene"]["solver"]["beta"] == 0.5);
+    CHECK(record["scene"]["solver"]["beta"] == 0.6);
     CHECK(record["seed"] == 1);
     CHECK(record["threads"] == 2);
     CHECK(record["machine"]["memory"] > 0);
@@ -40,7 +40,8 @@ TEST_CASE("run writes frames and a record of what was run", "[run]") {
         CHECK(frame_keys == std::vector<std::string>{
                                 "frame", "time", "steps", "dt_min", "dt_max", "solver_iterations",
                                 "unconverged", "rejected", "residuals", "simulate_seconds", "render_seconds", "encode_seconds", "kinetic", "elastic",
-                                "potential", "momentum", "angular_momentum", "mass", "peak_nodes", "asleep"});
+                                "potential", "momentum", "angular_momentum", "mass", "max_density", "peak_nodes", "nodes", "stiff_nodes", "asleep",
+                                "simulated", "ledger", "colliders"});
         CHECK(frame["frame"] == k);
         CHECK(frame["time"] == k / 24.0);
         CHECK(frame["mass"].get<double>() == Approx(400 * 4 / 3.0 * 3.14159265 * 0.008));

@@ -127,9 +127,9 @@ TEST_CASE("snow that wakes at once at the least motion moves as if it had never 
 TEST_CASE("a slab that lies falls asleep as a whole, and then stays the same to the bit", "[rest]") {
     Setup setup = lying_setup();
     const auto sim = make_simulation(setup, sample(slab(), 400, 0.1, 1, 0));
-    CHECK(go_to(*sim, 0.6).asleep == sim->size());
+    CHECK(go_to(*sim, 0.95).asleep == sim->size());
     const std::vector<float> before = sim->positions();
-    CHECK(go_to(*sim, 0.7).asleep == sim->size());
+    CHECK(go_to(*sim, 1.05).asleep == sim->size());
     CHECK(sim->positions() == before);
     for (const float v : sim->velocities()) REQUIRE(v == 0);
 }
@@ -180,7 +180,7 @@ TEST_CASE("what sleeps wakes at once where what bore it is gone", "[rest]") {
     Setup setup = lying_setup();
     const ParticleSet snow = sample(slab(), 400, 0.1, 1, 0);
     const auto lying = make_simulation(setup, ParticleSet(snow));
-    REQUIRE(go_to(*lying, 0.6).asleep == lying->size());
+    REQUIRE(go_to(*lying, 0.95).asleep == lying->size());
     std::stringstream state;
     lying->save(state);
     setup.colliders.clear();

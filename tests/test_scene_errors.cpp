@@ -134,7 +134,7 @@ TEST_CASE("Vectors, texts and words are told what they must be", "[scene]") {
          "3:19",
          {"unknown word qubic; allowed: cubic, quadratic (did you mean cubic?)"}},
         {rest + "solver: {integrator: newtn}\n", "3:22", {"allowed: explicit, semi_implicit, newton", "newton"}},
-        {rest + "solver: 5\n", "3:9", {"solver: is 5; must be a mapping with: integrator"}},
+        {rest + "solver: 5\n", "3:9", {"solver: is 5; must be a mapping with: defaults, integrator"}},
         {rest + "colliders: {shape: 1}\n", "3:12", {"must be a list"}},
         {rest + "materials: [a]\n", "3:12", {"must be a mapping of names"}},
         {rest + "materials: {a.b: {}}\n", "3:13", {"a name must be"}},

@@ -69,13 +69,14 @@ TEST_CASE("The schema knows exactly the keys of a resolved scene", "[scene]") {
                         "s.yaml")
             .resolved;
     const auto schema = scene_schema();
-    std::vector<std::string> known, written{"presets", "presets.draft", "presets.preview", "presets.final"};
+    std::vector<std::string> known, written{"presets", "presets.draft", "presets.preview", "presets.final",
+                                            "solver.flip_blend"};     // in place of flip_damping
     collect(schema, "", known);
     collect_written(resolved, "", written);
     std::sort(known.begin(), known.end());
     std::sort(written.begin(), written.end());
     CHECK(known == written);
     CHECK(schema["required"] == nlohmann::ordered_json{"grid_spacing", "bodies"});
-    CHECK(schema["properties"]["solver"]["properties"]["beta"]["default"] == 1);
+    CHECK(schema["properties"]["solver"]["properties"]["beta"]["default"] == 0.6);
     CHECK(schema["properties"]["solver"]["properties"]["beta"]["exclusiveMinimum"] == 0);
 }
