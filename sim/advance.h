@@ -114,7 +114,8 @@ Advanced<Real> advance(Particles<Real>& ps, Grid<Real>& grid, const Motion<Real>
             const Seen<Real> seen = look(tile, reach, count);
 
             const Mat3<P> Fe = matrices_of(ps.Fe, g), F_trial = Fe + P(motion.dt) * seen.gradient * Fe;
-            const Returned<P> r = return_map(models_of(ps, motion.materials, g), F_trial, ps.Jp.pack(g));
+            const SnowModel<P> snow = models_of(ps, motion.materials, g);
+            const Returned<P> r = return_map(snow, F_trial, ps.Jp.pack(g));
             store(ps.Fe, g, r.Fe), store(ps.tau, g, r.tau);
             ps.Jp.pack(g) = r.Jp;
 
@@ -137,7 +138,8 @@ Advanced<Real> advance(Particles<Real>& ps, Grid<Real>& grid, const Motion<Real>
             sum.wave2 = maximum(sum.wave2, select(m > P(0), P((r.k.lambda + P(2) * r.k.mu) * V0 / m), P(0)));
             const P rate2 = seen.gradient.squaredNorm();
             sum.rate2 = maximum(sum.rate2, rate2);
-            for (int l = 0; l < count; ++l) own_rates.add(float(rate2[l]), StrainRates::units(m[l] / motion.mass));
+            const P bearing = m * minimum(P(1), P(r.k.mu / snow.mu0));      // snow that came apart bears nothing
+            for (int l = 0; l < count; ++l) own_rates.add(float(rate2[l]), StrainRates::units(bearing[l] / motion.mass));
             sum.kinetic += doubles(P(m * speed2 / P(2)));
             sum.elastic += doubles(P(V0 * r.energy_density)), sum.trial += doubles(P(V0 * r.trial_density));
             sum.height += doubles(P(m * (P(motion.gravity(0)) * x_new(0) + P(motion.gravity(1)) * x_new(1) +

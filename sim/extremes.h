@@ -8,7 +8,7 @@ struct Extremes {
     double speed = 0;        ///< |v_p| [m/s]
     double wave = 0;         ///< speed of sound √((λ + 2μ) V⁰ / m), hardened [m/s]
     double strain_rate = 0;  ///< ‖∇v_p‖ [1/s]
-    double bulk_rate = 0;    ///< ‖∇v_p‖ that all but a thousandth of the mass stays below [1/s]; of all particles together only.
+    double bulk_rate = 0;    ///< ‖∇v_p‖ that all but a thousandth of the mass stays below (loose snow counts less) [1/s]; of all particles together only.
     double kinetic = 0;      ///< Σ ½ m v² [J]
     double elastic = 0;      ///< Σ V⁰ Ψ [J]
     double height = 0;       ///< Σ m g·x [J]: what gravity has given.

@@ -5,7 +5,8 @@
 
 namespace firn {
 
-/// How much mass is strained how fast: a histogram of ‖∇v_p‖² with eight bins an octave. Masses are whole numbers, so that
+/// How much mass is strained how fast: a histogram of ‖∇v_p‖² with eight bins an octave. Snow that has come apart counts by
+/// what is left of its stiffness, exp(ξ (1 − J_P)): how it is strained moves nothing else. Masses are whole numbers, so that
 /// their sums do not depend on the order of the threads.
 class StrainRates {
 public:
