@@ -30,9 +30,7 @@ struct Contact {
 ///   v_n ≥ 0:             nothing, the point is leaving
 ///   ‖v_t‖ ≤ −μ v_n:      v_rel ← 0, the point sticks to the body
 ///   else                 v_rel ← v_t + μ v_n v_t / ‖v_t‖, Coulomb's friction                paper, sec. 8
-/// `push`: what forces that v does not hold yet would add to it [m/s]. Where they press the point into the body,
-/// v_n counts them.
-Contact collide(const Vec3d& v, const Vec3d& n, const Collider&, const Vec3d& push = {0, 0, 0});
+Contact collide(const Vec3d& v, const Vec3d& n, const Collider&);
 
 /// What all colliders together did to a velocity.
 struct Collided {
@@ -42,14 +40,12 @@ struct Collided {
 };
 
 /// All colliders in their order, at the point x and the time t [s].
-Collided collide(const Vec3d& x, const Vec3d& v, const std::vector<Collider>&, double t,
-                 const Vec3d& push = {0, 0, 0});
+Collided collide(const Vec3d& x, const Vec3d& v, const std::vector<Collider>&, double t);
 
 /// A node's velocities in one step [m/s].
 struct NodeMotion {
     Vec3d before;                   ///< vⁿ
     Vec3d after;                    ///< what meets the bodies: v*.
-    Vec3d to_come{0, 0, 0};         ///< what forces add that `after` does not hold yet.
     Vec3d pressed{0, 0, 0};         ///< Δt f/m, of stresses alone.
     double flip_blend = 1;          ///< α [1]: PIC's share feels that the node was stopped.
 };
@@ -66,5 +62,22 @@ struct NodeCollided : Collided {
     Vec3d before;                   ///< vⁿ as FLIP has to see it [m/s].
 };
 NodeCollided collide_elastic(const Vec3d& x, NodeMotion, const std::vector<Collider>&, double t);
+
+/// A node of Newton's step, with what bodies give it over the step: the impulse r. The laws of contact hold of r and v if
+/// contact makes v of the trial v − r/D, whatever D > 0. [m/s]
+struct Reaction {
+    Vec3d v;                        ///< v − r/D
+    Vec3d before;                   ///< vⁿ
+    Vec3d d;                        ///< Δt (f/m + g)
+    double share;                   ///< α m/D [1] under elastic contact, 0 under the paper's.
+};
+struct Judged : Collided {
+    Vec3d body;                     ///< velocity of the last body that touched the node [m/s].
+};
+/// Contact of a trial velocity. Friction is of the load that snow feels: under elastic contact α m (−max(0, d_n) − v_nⁿ)
+/// of r_n is what FLIP does not see.
+Judged judge(const Vec3d& x, const Reaction&, const std::vector<Collider>&, double t);
+/// vⁿ as FLIP has to see it where elastic contact holds what is not free; see `collide_elastic`.
+Vec3d before_contact(const Vec3d& x, Vec3d before, const Vec3d& d, const Mat3d& free, const std::vector<Collider>&, double t);
 
 }  // namespace firn

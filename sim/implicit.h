@@ -19,10 +19,19 @@ template <Weights kind, class Real>
 Convergence solve_implicit(const Particles<Real>&, Grid<Real>&, const std::vector<SnowModel<Real>>& materials,
                            const StiffnessLimits&, std::vector<FixedNode<Real>>& fixed, double dt, const Solver&);
 
-/// In place of step 6: vⁿ⁺¹ minimises ½ ‖v − v̂‖²_M + Φ(x + Δt v) with v̂ = v + Δt g, after contact where it fixed
-/// something; `fall` is Δt g.
+/// The bodies at the time t [s], and how nodes meet them.
+struct Bodies {
+    const std::vector<Collider>& colliders;
+    double t;
+    NodeContact law;
+    double flip_blend;              ///< α [1]
+};
+
+/// In place of steps 5 and 6: vⁿ⁺¹ minimises ½ ‖v − v̂‖²_M + Φ(x + Δt v) with v̂ = v + Δt g, in contact with the bodies;
+/// `fall` is Δt g. The nodes and `fixed` hold what `collide_nodes` made of them; at nodes of implicit particles both are
+/// made anew.
 template <Weights kind, class Real>
 Convergence solve_newton(const Particles<Real>&, Grid<Real>&, const std::vector<SnowModel<Real>>& materials,
-                         const StiffnessLimits&, const std::vector<FixedNode<Real>>& fixed, const Vec3d& fall, double dt, const Solver&);
+                         const StiffnessLimits&, std::vector<FixedNode<Real>>& fixed, const Bodies&, const Vec3d& fall, double dt, const Solver&);
 
 }  // namespace firn

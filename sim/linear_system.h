@@ -26,13 +26,19 @@ public:
     /// `factor` is β Δt²; `rotations`: H knows no force of a rotation.
     System(const Elements<Real, kind>& elements, const Grid<Real>& grid, const std::vector<FixedNode<Real>>& fixed, double factor,
            bool rotations)
-        : factor_(factor), fixed_(among(elements, fixed)), m_(masses(elements, grid)), D_(elements.diagonal()),
-          pieces_(elements, grid, m_, fixed_, rotations) {
+        : factor_(factor), m_(masses(elements, grid)), D_(elements.diagonal()), pieces_(elements, grid, m_, rotations) {
+        hold(among(elements, fixed));
         for (std::size_t i = 0; i < m_.size(); ++i) D_[i] = m_[i] + Real(factor) * D_[i];
         inverse_D_.resize(m_.size());
         for (std::size_t i = 0; i < m_.size(); ++i) inverse_D_[i] = m_[i] > 0 ? 1 / D_[i] : 0;
     }
+    /// From now on contact fixes these nodes, by their new numbers; H holds what is `attached`, even as a whole.
+    void hold(std::vector<FixedNode<Real>> fixed, const std::vector<std::size_t>& attached = {}) {
+        fixed_ = std::move(fixed);
+        pieces_.hold(fixed_, attached);
+    }
     const Pages<Real>& masses() const { return m_; }                           ///< [kg]
+    const Pages<Real>& diagonal() const { return D_; }                         ///< [kg]
     const std::vector<FixedNode<Real>>& fixed() const { return fixed_; }
     double dot(const NodeField<Real>& a, const NodeField<Real>& b) const { return weighted_dot(D_, a, b); }
     double weight() const { return std::accumulate(D_.begin(), D_.end(), 0.0); }    ///< Σ D_i [kg]
@@ -42,6 +48,9 @@ public:
     void unscale(NodeField<Real>& b) const { b.for_each([&](std::ptrdiff_t i) { b.at[i] *= NodeVector<Real>(D_[i]); }); }
     /// Free directions only.
     void project(NodeField<Real>& u) const { firn::project(fixed_, u); }
+
+    /// Moves each piece that nothing holds so that the residual r, which is not scaled, leaves it no momentum to gain.
+    void balance(NodeField<Real>& u, NodeField<Real>& r) { pieces_.balance(u, r); }
 
     /// u from 0 for the right side b; b becomes the residual, which holds u where contact fixed something. `floor`: of the
     /// residual's norm, scaled.

@@ -71,7 +71,6 @@ bool Method<Real, kind, transfer>::take_step(double dt, StepReport& report) {
     const Real flip_blend = transfer == Transfer::apic ? Real(0) : Real(solver.flip_blend.value_or(std::exp(-dt * solver.flip_damping)));
     const Motion<Real> motion{Real(dt), flip_blend, g, materials_, setup_.colliders, t_,
                               solver.rest_speed, solver.rest_time, mass_};
-    const bool newton = solver.integrator == Integrator::newton;
     const Vec3d fall = dt * setup_.gravity;
     const NodeContact contact = transfer == Transfer::apic ? NodeContact::inelastic : solver.node_contact;  // APIC has no vⁿ
 
@@ -82,13 +81,13 @@ bool Method<Real, kind, transfer>::take_step(double dt, StepReport& report) {
                                                                     //  2  V_p⁰, once: in the constructor
     watch.lap(report.seconds.scatter);                              //  3  f_i = −Σ_p V_p⁰ P F_Eᵀ ∇w_ip
     accelerate(grid_, Real(dt), g);                                 //  4  v* = v + Δt (f / m + g)
-    auto fixed = collide_nodes(grid_, setup_.colliders, t_, contact, flip_blend, fall, newton);  //  5  v* against the bodies
+    auto fixed = collide_nodes(grid_, setup_.colliders, t_, contact, flip_blend, fall);  //  5  v* against the bodies
     watch.lap(report.seconds.grid);
     if (solver.integrator == Integrator::semi_implicit)             //  6  (M + β Δt² ∂²Φ/∂x²) vⁿ⁺¹ = M v*
         report.add(solve_implicit<kind>(ps_, grid_, materials_, limits, fixed, dt, solver));
-    if (newton) {                                                   //     or the minimum of ½‖v − v̂‖² + Φ(x + Δt v)
-        report.add(solve_newton<kind>(ps_, grid_, materials_, limits, fixed, fall, dt, solver));
-        collide_nodes(grid_, setup_.colliders, t_, contact, flip_blend);
+    if (solver.integrator == Integrator::newton) {                  //     or the minimum of ½‖v − v̂‖² + Φ(x + Δt v),
+        report.add(solve_newton<kind>(ps_, grid_, materials_, limits, fixed, {setup_.colliders, t_, contact, flip_blend}, fall, dt, solver));
+        add_impulses(fixed, collide_nodes(grid_, setup_.colliders, t_, contact, flip_blend));   //     with its own step 5
     }
     watch.lap(report.seconds.solve);
     if (move_lumps(ps_, grid_, solver, flip_blend, setup_.colliders, t_, dt) && solver.integrator != Integrator::explicit_euler)

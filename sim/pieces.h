@@ -30,10 +30,8 @@ private:
 /// body that makes Σ r_i and Σ (x_i − x̄) × r_i of its residual r vanish is known exactly, whatever else the solve did.
 template <class Real, Weights kind> class Pieces {
 public:
-    /// `fixed`: nodes, by their new numbers, that contact holds; along an axis that it holds anywhere a piece is not moved.
-    Pieces(const Elements<Real, kind>& elements, const Grid<Real>& grid, const Pages<Real>& m, const std::vector<FixedNode<Real>>& fixed,
-           bool rotations)
-        : m_(m), piece_(elements.nodes()), x_(elements.nodes()) {
+    Pieces(const Elements<Real, kind>& elements, const Grid<Real>& grid, const Pages<Real>& m, bool rotations)
+        : m_(m), rotations_(rotations), piece_(elements.nodes()), x_(elements.nodes()) {
         DisjointSets sets(elements.nodes());
         for (const auto& b : elements.blocks()) join(elements, b, sets);
         std::vector<std::uint32_t> number(elements.nodes());
@@ -43,18 +41,25 @@ public:
             piece_[i] = number[root];
         }
         find_positions(elements, grid);
-        for (const FixedNode<Real>& f : fixed) {
-            Piece& p = pieces_[piece_[f.node]];
-            p.turns = false;
-            for (int a = 0; a < 3; ++a) p.moves(a) = f.free(a, a) == 1 ? p.moves(a) : 0;
-        }
         for (std::size_t i = 0; i < piece_.size(); ++i) pieces_[piece_[i]].mass += m[i], pieces_[piece_[i]].center += double(m[i]) * x_[i].template cast<double>();
-        for (Piece& p : pieces_) p.center /= p.mass, p.turns = p.turns && rotations;
+        for (Piece& p : pieces_) p.center /= p.mass;
         for (std::size_t i = 0; i < piece_.size(); ++i) {
             Piece& p = pieces_[piece_[i]];
             const Vec3d r = x_[i].template cast<double>() - p.center;
             p.inertia += double(m[i]) * (r.squaredNorm() * Mat3d::Identity() - r * r.transpose());
         }
+    }
+
+    /// `fixed`: nodes, by their new numbers, that contact holds; along an axis that it holds anywhere a piece is not moved.
+    /// One with a node of `attached` is not moved at all.
+    void hold(const std::vector<FixedNode<Real>>& fixed, const std::vector<std::size_t>& attached) {
+        for (Piece& p : pieces_) p.moves = {1, 1, 1}, p.turns = rotations_;
+        for (const FixedNode<Real>& f : fixed) {
+            Piece& p = pieces_[piece_[f.node]];
+            p.turns = false;
+            for (int a = 0; a < 3; ++a) p.moves(a) = f.free(a, a) == 1 ? p.moves(a) : 0;
+        }
+        for (const std::size_t i : attached) pieces_[piece_[i]].moves.setZero(), pieces_[piece_[i]].turns = false;
     }
 
     std::size_t size() const { return pieces_.size(); }
@@ -110,6 +115,7 @@ private:
     }
 
     const Pages<Real>& m_;
+    bool rotations_;
     std::vector<std::uint32_t> piece_;      ///< of each node.
     std::vector<Vec3<Real>> x_;             ///< of each node [m].
     std::vector<Piece> pieces_;

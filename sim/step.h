@@ -29,11 +29,10 @@ template <class Real> void accelerate(Grid<Real>& grid, Real dt, const Vec3<Real
 }
 
 /// Step 5: v* of the nodes against the bodies. Returns the nodes where contact fixed something. `fall`, Δt g, tells what
-/// stresses gave to v* alone. With `forces_to_come`, what meets the bodies is v + Δt g, and friction sees how the forces in
-/// v* press it there: in a long step their tangential part is no motion that a body could feel.
+/// stresses gave to v* alone.
 template <class Real>
 std::vector<FixedNode<Real>> collide_nodes(Grid<Real>& grid, const std::vector<Collider>& colliders, double t, NodeContact law, double flip_blend,
-                                           const std::optional<Vec3d>& fall = {}, bool forces_to_come = false) {
+                                           const std::optional<Vec3d>& fall = {}) {
     std::vector<FixedNode<Real>> fixed;
     if (colliders.empty()) return fixed;
     const double h = grid.h;
@@ -50,14 +49,13 @@ std::vector<FixedNode<Real>> collide_nodes(Grid<Real>& grid, const std::vector<C
             if (!(node[3] > 0)) continue;
             const Vec3d x = grid.position(b, std::countr_zero(left));
             const Vec3d v_star(node[0], node[1], node[2]), v_n(node[4], node[5], node[6]);
-            const Vec3d v = forces_to_come ? v_n + *fall : v_star, to_come = v_star - v;
             NodeCollided c;
             if (law == NodeContact::elastic) {
                 Vec3d pressed = fall ? Vec3d(v_star - v_n - *fall) : Vec3d(0, 0, 0);
                 if (pressed.norm() < 8 * std::numeric_limits<Real>::epsilon() * (v_n.norm() + v_star.norm())) pressed.setZero();
-                c = collide_elastic(x, {v_n, v, to_come, pressed, flip_blend}, colliders, t);
+                c = collide_elastic(x, {v_n, v_star, pressed, flip_blend}, colliders, t);
             } else {
-                c = {collide(x, v, colliders, t, to_come), v_n};
+                c = {collide(x, v_star, colliders, t), v_n};
             }
             if (!c.touched) continue;
             for (int a = 0; a < 3; ++a) node.lanes[a] = Real(c.v(a)), node.lanes[4 + a] = Real(c.before(a));
@@ -67,6 +65,18 @@ std::vector<FixedNode<Real>> collide_nodes(Grid<Real>& grid, const std::vector<C
     }
     for (const auto& part : parts) fixed.insert(fixed.end(), part.begin(), part.end());
     return fixed;
+}
+
+/// Contact after contact: the impulses add up, and vⁿ is what it was before the first.
+template <class Real> void add_impulses(std::vector<FixedNode<Real>>& fixed, const std::vector<FixedNode<Real>>& more) {
+    fixed.insert(fixed.end(), more.begin(), more.end());
+    std::stable_sort(fixed.begin(), fixed.end(), [](const auto& a, const auto& b) { return a.node < b.node; });
+    std::size_t kept = 0;
+    for (std::size_t n = 0; n < fixed.size(); ++n) {
+        if (kept > 0 && fixed[kept - 1].node == fixed[n].node) fixed[kept - 1].impulse += fixed[n].impulse;
+        else fixed[kept++] = fixed[n];
+    }
+    fixed.resize(kept);
 }
 
 /// After step 6: (vⁿ⁺¹, m | vⁿ, 0) → (vⁿ⁺¹, m | vⁿ⁺¹ − α vⁿ, α), so that a particle's new FLIP velocity is α v_p and one
