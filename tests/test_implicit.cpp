@@ -69,6 +69,7 @@ Collider plane(const Vec3d& normal, double friction = 0, const Vec3d& point = {0
 }  // namespace
 
 TEST_CASE("an elastic ball makes no energy at any c dt/h, crowded or sparse", "[implicit]") {
+    const OneThread one_thread;
     const double h = 0.05, x = GENERATE(0.4, 0.6, 0.8, 1.0, 1.25, 2.0, 5.0, 15.0);
     const auto [per_cell, sampling] = GENERATE(std::pair(0.5, Sampling::random), std::pair(8.0, Sampling::poisson_disk),
                                                std::pair(27.0, Sampling::lattice));
@@ -80,6 +81,7 @@ TEST_CASE("an elastic ball makes no energy at any c dt/h, crowded or sparse", "[
 }
 
 TEST_CASE("a bar that swings, a pressed block, and stiff heavy snow on soft light snow make no energy", "[implicit]") {
+    const OneThread one_thread;
     const double h = 0.05, x = GENERATE(0.44, 1.0, 1.25, 3.0);
     CAPTURE(x);
     const Snow snow = elastic_snow(1e6, 0);
@@ -105,6 +107,7 @@ TEST_CASE("a bar that swings, a pressed block, and stiff heavy snow on soft ligh
 }
 
 TEST_CASE("packed snow that trembles comes to rest at every c dt/h, and is packed as before", "[implicit]") {
+    const OneThread one_thread;
     const double h = 0.05, x = GENERATE(0.4, 0.8, 1.0, 1.25, 5.0), per_cell = GENERATE(0.5, 8.0);
     ParticleSet ball = filled(Sphere{{0, 0, 0}, 0.15}, h, per_cell, Sampling::random);
     for (double& Jp : ball.Jp) Jp = 0.85;
@@ -146,6 +149,7 @@ TEST_CASE("snow lies still: packed, loose and unevenly packed", "[implicit]") {
 }
 
 TEST_CASE("what falls freely is not strained by the step", "[implicit]") {
+    const OneThread one_thread;
     Setup setup;
     setup.h = 0.03, setup.materials = {Snow{}};
     ParticleSet ball = filled(Sphere{{0, 0, 0}, 0.1}, setup.h);

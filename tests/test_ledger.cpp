@@ -34,6 +34,7 @@ double moving(const Totals& t) { return t.kinetic + t.elastic; }
 }  // namespace
 
 TEST_CASE("the ledger's rows sum up to the change of energy, and plastic flow takes", "[ledger]") {
+    const OneThread one_thread;
     const auto integrator = GENERATE(Integrator::explicit_euler, Integrator::semi_implicit, Integrator::newton);
     const auto transfer = GENERATE(Transfer::flip, Transfer::apic);
     CAPTURE(int(integrator), int(transfer));
@@ -59,6 +60,7 @@ TEST_CASE("the ledger's rows sum up to the change of energy, and plastic flow ta
 }
 
 TEST_CASE("each row of the ledger is the reference's", "[ledger]") {
+    const OneThread one_thread;
     const auto integrator = GENERATE(Integrator::explicit_euler, Integrator::semi_implicit);
     const Setup setup = against_the_ground(integrator, GENERATE(Transfer::flip, Transfer::apic));
     const ParticleSet start = thrown_ball();
