@@ -57,7 +57,7 @@ Setup lying_setup() {
     s.gravity = {0, -9.81, 0};
     s.solver.precision = Precision::single;
     s.solver.integrator = Integrator::explicit_euler;
-    s.solver.dt = {};
+    s.solver.dt = {}, s.solver.max_dt = 1e-3;     // what is slow is damped by the step
     s.solver.rest_speed = 0.1;  // it rings at g L/c = 0.3 m/s
     s.solver.rest_time = 0.03;
     return s;
