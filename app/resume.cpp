@@ -16,8 +16,10 @@ static void check_same_scene(const Checkpoint& checkpoint, const LoadedScene& lo
     const std::string advice = "; resume with the same, or begin again with --overwrite";
     const std::string which = folder.checkpoint().string();
     if (checkpoint.version != program_version())
-        throw UsageError(fmt::format("{} was written by firn {}, this is {}{}", which, checkpoint.version,
-                                     program_version(), advice));
+        throw UsageError(fmt::format("{} was written by firn {}; this is {}, whose steps may differ (CHANGELOG.md tells how). "
+                                     "Go on with firn {}, or begin again with --overwrite; --set solver.defaults=paper takes "
+                                     "the step as published, which 0.1.0 took", which, checkpoint.version,
+                                     program_version(), checkpoint.version));
     if (checkpoint.scene_hash == loaded.hash) return;
     auto keys = differing_keys(checkpoint.scene, loaded.resolved);
     std::erase(keys, "frames");

@@ -46,6 +46,11 @@ public:
     /// b ← D⁻¹ b; D⁻¹ b → b
     void scale(NodeField<Real>& b) const { b.for_each([&](std::ptrdiff_t i) { b.at[i] *= NodeVector<Real>(inverse_D_[i]); }); }
     void unscale(NodeField<Real>& b) const { b.for_each([&](std::ptrdiff_t i) { b.at[i] *= NodeVector<Real>(D_[i]); }); }
+    /// ‖D⁻¹ b‖ in the free directions.
+    double norm(NodeField<Real> b) const {
+        scale(b), project(b);
+        return std::sqrt(dot(b, b));
+    }
     /// Free directions only.
     void project(NodeField<Real>& u) const { firn::project(fixed_, u); }
 
@@ -64,9 +69,7 @@ public:
         };
         const auto free_E = [&](const NodeField<Real>& a, NodeField<Real>& Ea) { E(a, Ea), project(Ea); };
         const auto product = [&](const NodeField<Real>& a, const NodeField<Real>& c) { return dot(a, c); };
-        NodeField<Real> all = b;
-        scale(all), project(all);
-        const double norm_b = std::sqrt(dot(all, all));
+        const double norm_b = norm(b);
         pieces_.balance(u, b);
         scale(b);
         Convergence c;

@@ -74,6 +74,7 @@ bool Method<Real, kind, transfer>::take_step(double dt, StepReport& report) {
     const Vec3d fall = dt * setup_.gravity;
     const NodeContact contact = transfer == Transfer::apic ? NodeContact::inelastic : solver.node_contact;  // APIC has no vⁿ
 
+    const Bodies bodies{setup_.colliders, t_, contact, flip_blend};
     const StiffnessLimits limits(solver, setup_.materials, setup_.h, dt);
     Stopwatch watch;
 
@@ -84,9 +85,9 @@ bool Method<Real, kind, transfer>::take_step(double dt, StepReport& report) {
     auto fixed = collide_nodes(grid_, setup_.colliders, t_, contact, flip_blend, fall);  //  5  v* against the bodies
     watch.lap(report.seconds.grid);
     if (solver.integrator == Integrator::semi_implicit)             //  6  (M + β Δt² ∂²Φ/∂x²) vⁿ⁺¹ = M v*
-        report.add(solve_implicit<kind>(ps_, grid_, materials_, limits, fixed, dt, solver));
+        report.add(solve_implicit<kind>(ps_, grid_, materials_, limits, fixed, bodies, dt, solver));
     if (solver.integrator == Integrator::newton) {                  //     or the minimum of ½‖v − v̂‖² + Φ(x + Δt v),
-        report.add(solve_newton<kind>(ps_, grid_, materials_, limits, fixed, {setup_.colliders, t_, contact, flip_blend}, fall, dt, solver));
+        report.add(solve_newton<kind>(ps_, grid_, materials_, limits, fixed, bodies, fall, dt, solver));
         add_impulses(fixed, collide_nodes(grid_, setup_.colliders, t_, contact, flip_blend));   //     with its own step 5
     }
     watch.lap(report.seconds.solve);

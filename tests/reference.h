@@ -221,8 +221,54 @@ struct World {
         return std::max(0.0, 1 - limit * limit / x2);
     }
 
-    /// (M + β Δt² H) vⁿ⁺¹ = M v* with H = Σ w ∂²Φ/∂x² as a dense matrix, solved for what contact left free.
+    /// The bodies at x.
+    std::vector<const Collider*> bodies_at(const Vec3d& x) const {
+        std::vector<const Collider*> all;
+        for (const Collider& c : colliders) if (signed_distance(c.shape, x - t * c.velocity) <= 0) all.push_back(&c);
+        return all;
+    }
+    /// Contact judged by the impulses that hold it over the whole step: a body that would pull lets go, what sticks with more
+    /// than friction can give slides, friction is of the load. `start`: before the solve, with the impulses that it began with.
+    bool judge_again(std::vector<Node>& start, double dt) const {
+        bool changed = false;
+        for (std::size_t k = 0; k < nodes.size(); ++k) {
+            const Node& i = nodes[k];
+            const std::vector<const Collider*> bodies = bodies_at(i.x);
+            const auto sticky = [](const Collider* c) { return c->contact == ContactLaw::sticky; };
+            const auto moves = [&](const Particle& p) { return w(i, p) != 0 && implicit_weight(p, dt) > 0; };
+            if (i.free == Mat3d::Identity() || std::any_of(bodies.begin(), bodies.end(), sticky)) continue;
+            if (std::none_of(particles.begin(), particles.end(), moves)) continue;      // the solve did not change it
+            const Vec3d felt = i.J + i.m * flip_share(dt) * (i.v_before - i.v_n);
+            Vec3d J = Vec3d::Zero();
+            if (std::all_of(bodies.begin(), bodies.end(), [&](const Collider* c) {
+                    const Vec3d n = outward_normal(c->shape, i.x - t * c->velocity);
+                    return i.J.dot(n) < 0 && felt.dot(n) < 0; })) {
+                start[k].free.setIdentity(), start[k].v_n = i.v_before;
+            } else {
+                if (bodies.size() != 1) continue;
+                const Vec3d n = outward_normal(bodies[0]->shape, i.x - t * bodies[0]->velocity), J_t = i.J - i.J.dot(n) * n;
+                const double bound = bodies[0]->friction * std::max(0.0, felt.dot(n));
+                if (J_t.norm() == 0 || (i.free == Mat3d::Zero() && J_t.norm() <= bound)) continue;
+                J = start[k].J.dot(n) * n + bound * J_t.normalized();
+                start[k].free = Mat3d::Identity() - n * n.transpose();
+            }
+            start[k].v += (J - start[k].J) / i.m, start[k].J = J;
+            changed = true;
+        }
+        return changed;
+    }
+    /// Step 6: solving and judging take turns.
     void solve(double dt) {
+        std::vector<Node> start = nodes;
+        for (int turn = 1; turn <= 3; ++turn) {
+            nodes = start;
+            solve_held(dt);
+            if (!judge_again(start, dt)) return;
+        }
+    }
+
+    /// (M + β Δt² H) vⁿ⁺¹ = M v* with H = Σ w ∂²Φ/∂x² as a dense matrix, solved for what contact left free.
+    void solve_held(double dt) {
         std::vector<Node*> active;
         for (Node& i : nodes) if (i.m > 0) active.push_back(&i);
         const auto n = static_cast<Eigen::Index>(3 * active.size());

@@ -76,3 +76,27 @@ TEST_CASE("one particle of snow does not pass a wall, and gains nothing there", 
         REQUIRE(now.kinetic + now.elastic < energy + 1e-3 * 0.05 * speed * speed);
     }
 }
+
+TEST_CASE("a body that moves pushes snow and does not hold what leaves it", "[bounce]") {
+    const OneThread one_thread;
+    Setup setup;
+    setup.h = 0.04;
+    setup.gravity.setZero();
+    setup.materials = {{.E = 1e5, .theta_c = 2e-2, .theta_s = 5e-3, .rho = 300}};
+    setup.solver.precision = Precision::twofold;
+    setup.solver.node_contact = GENERATE(NodeContact::elastic, NodeContact::inelastic);
+    Collider plough;
+    plough.shape = Box{{-0.4, 0, 0}, {0.2, 1, 1}}, plough.velocity = {4, 0, 0}, plough.friction = 0;
+    setup.colliders = {plough};
+    Body block;
+    block.shape = Box{{0, 0, 0}, {0.5, 0.2, 0.2}};
+    const auto sim = make_simulation(setup, sample(block, 300, setup.h, 1, 0));
+    double pushed = 0, pulled = 0;
+    while (sim->time() < 0.15) {
+        const double impulse = -sim->step(0.15 - sim->time()).exchanges[0].impulse.x();
+        (impulse > 0 ? pushed : pulled) += impulse;
+    }
+    CAPTURE(int(setup.solver.node_contact), pushed, pulled);
+    CHECK(pushed > 20);                                 // 6 kg at 4 m/s, and some rebound
+    CHECK(-pulled < 1e-3 * pushed);
+}

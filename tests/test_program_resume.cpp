@@ -1,3 +1,4 @@
+#include "app/checkpoint.h"
 #include "tests/program.h"
 #include "tests/run_files.h"
 
@@ -60,6 +61,20 @@ TEST_CASE("option resume extends a run, and only the same scene's", "[run]") {
     CHECK(fresh.code == 0);
     CHECK_THAT(fresh.err, Contains("starting from the beginning"));
     CHECK(same_files(folder / "whole", folder / "fresh"));
+}
+
+TEST_CASE("option resume names the program that wrote a checkpoint, and the way to its step", "[run]") {
+    const TempFolder folder;
+    const std::string ball = folder.write("ball.yaml", small_scene), out = folder / "out";
+    REQUIRE(run_firn({"run", ball, "-o", out, "--set", "frames=1"}).code == 0);
+    firn::Checkpoint checkpoint = firn::read_checkpoint(out + "/checkpoint.firn");
+    checkpoint.version = "0.1.0";
+    firn::write_checkpoint(out + "/checkpoint.firn", checkpoint);
+    const std::string picture = bytes_of_file(out + "/frames/frame_0001.png");
+    const Outcome refused = run_firn({"run", ball, "-o", out, "--resume"});
+    CHECK(refused.code == 2);
+    CHECK_THAT(refused.err, Contains("firn 0.1.0") && Contains("solver.defaults=paper") && Contains("--overwrite"));
+    CHECK((bytes_of_file(out + "/frames/frame_0001.png") == picture));
 }
 
 TEST_CASE("option resume finds frames that are missing or torn, and draws them from particles where it can",
