@@ -80,7 +80,6 @@ template <Weights kind, class Real>
 Convergence solve_implicit(const Particles<Real>& ps, Grid<Real>& grid, const std::vector<SnowModel<Real>>& materials,
                            const StiffnessLimits& limits, std::vector<FixedNode<Real>>& fixed, const Bodies& bodies, double dt, const Solver& solver) {
     using N4 = NodeVector<Real>;
-    constexpr int turns = 3;        // of solving and judging
     const Elements<Real, kind> elements(ps, grid, materials, limits);
     if (elements.size() == 0) return {};
     const bool hooke = solver.linear_solver == LinearSolver::conjugate_gradient;
@@ -104,16 +103,17 @@ Convergence solve_implicit(const Particles<Real>& ps, Grid<Real>& grid, const st
         hessian(x0, b);
         b.for_each([&](std::ptrdiff_t i) { b.at[i] = N4(m[i]) * (v_star.at[i] - x0.at[i]) - N4(Real(factor)) * b.at[i]; });
         const double floor = 4 * std::numeric_limits<Real>::epsilon() * std::sqrt(system.dot(v_star, v_star));
-        const double first = system.norm(b), goal = std::max(floor, solver.tolerance * first);
-        Convergence c = system.solve(u, b, hessian, solver.linear_solver, 0, goal, solver.max_iterations);
-        for (int turn = 1; turn < turns && c.converged && rejudge(fixed, b); ++turn) {
-            system.hold(among(elements, fixed));
-            const double again = system.norm(b);
-            const Convergence more = system.solve(u, b, hessian, solver.linear_solver, solver.tolerance, goal, solver.max_iterations);
-            c.iterations += more.iterations, c.converged = more.converged;
-            for (const float left : more.history) c.history.push_back(float(again / first * left));
+        const double first = system.norm(b);
+        Convergence all;
+        for (bool last = system.fixed().empty(), done = false; !done && all.converged; last = true) {
+            const double before = system.norm(b), tolerance = (last ? 1 : 10) * solver.tolerance;
+            const Convergence c = system.solve(u, b, hessian, solver.linear_solver, 0, std::max(floor, tolerance * first), solver.max_iterations);
+            all.iterations += c.iterations, all.converged = c.converged;
+            for (const float left : c.history) all.history.push_back(float(before / first * left));
+            if (!last && rejudge(fixed, b)) system.hold(among(elements, fixed));
+            done = last;
         }
-        return c;
+        return all;
     };
     Convergence c = hooke ? go(LinearElasticHessian<Real, kind>(elements)) : go(Hessian<Real, kind>(elements, ps));
     u.for_each([&](std::ptrdiff_t i) {
