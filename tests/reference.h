@@ -257,14 +257,13 @@ struct World {
         }
         return changed;
     }
-    /// Step 6: solving and judging take turns.
+    /// Step 6, and again where contact changes.
     void solve(double dt) {
         std::vector<Node> start = nodes;
-        for (int turn = 1; turn <= 3; ++turn) {
-            nodes = start;
-            solve_held(dt);
-            if (!judge_again(start, dt)) return;
-        }
+        solve_held(dt);
+        if (!judge_again(start, dt)) return;
+        nodes = start;
+        solve_held(dt);
     }
 
     /// (M + β Δt² H) vⁿ⁺¹ = M v* with H = Σ w ∂²Φ/∂x² as a dense matrix, solved for what contact left free.
