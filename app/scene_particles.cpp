@@ -120,31 +120,16 @@ static bool is_near(const ParticleSet& set, double farthest) {
                        [&](const Vec3d& x) { return x.cwiseAbs().maxCoeff() <= farthest; });
 }
 
-// The points that sampling tries: a shape is filled from all of its bounding box.
-static double tries(const SceneBody& body, double h) {
-    const Bounds box = bounds(body.shape);
-    if (box.empty()) return 0;
-    constexpr double tile = 4000;  // what the bounds touch is tried whole, see sim/sampling.cpp
-    const double width =
-        body.sampling == Sampling::poisson_disk ? h * std::cbrt(tile / body.particles_per_cell) : 0;
-    const Vec3d size = (box.upper - box.lower).array() + width;
-    return size.prod() / (h * h * h) * body.particles_per_cell;
-}
-
-// Shapes of next to no volume within large bounds, which would keep sampling busy for hours.
+// Shapes of next to no volume, and so much surface that sampling would take hours.
 static void check_tries(const LoadedScene& loaded, Problems& problems) {
     constexpr double most = 5e9;  // about a minute
     for (std::size_t i = 0; i < loaded.scene.bodies.size(); ++i) {
         const SceneBody& body = loaded.scene.bodies[i];
         const std::string path = fmt::format("bodies.{}.shape", i);
-        if (loaded.files.contains(i) || tries(body, loaded.scene.grid_spacing) <= most) continue;
-        problems.add(
-            loaded.read.place(path), path,
-            fmt::format("fills so little of the box around it that {:.1e} points would be tried for {:.1e} "
-                        "particles, at most {:.0e} may be; make what lies apart bodies of their own, or "
-                        "set a larger grid_spacing",
-                        tries(body, loaded.scene.grid_spacing),
-                        expected_count(body, loaded.scene.grid_spacing), most));
+        if (loaded.files.contains(i) || tries(body, loaded.scene.grid_spacing, most) < most) continue;
+        problems.add(loaded.read.place(path), path,
+                     fmt::format("has so much surface that more than {:.0e} points would be tried for {:.1e} particles; set a larger "
+                                 "grid_spacing, or make it smaller", most, expected_count(body, loaded.scene.grid_spacing)));
     }
     problems.throw_if_any();
 }
@@ -156,9 +141,17 @@ StartingParticles make_particles(const LoadedScene& loaded, double h) {
     for (std::size_t i = 0; i < loaded.scene.bodies.size(); ++i) {
         const ParticleSet set = make_body(loaded, i, h);
         const std::string path = fmt::format("bodies.{}", i);
+        const bool filled = loaded.scene.bodies[i].particles.empty();
+        const SceneBody& body = loaded.scene.bodies[i];
+        const double rho = loaded.scene.materials.at(body.material).rho, volume = std::accumulate(set.m.begin(), set.m.end(), 0.0) / rho;
+        const double expected = volume / (h * h * h) * body.particles_per_cell;
+        if (filled && expected > 20 && set.size() > 0 && static_cast<double>(set.size()) < 0.5 * expected)
+            problems.add(loaded.read.place(path), path, fmt::format(
+                "is thinner than its particles are apart, {:.2g} m: make it thicker, or set a smaller grid_spacing or more particles_per_cell",
+                h / std::cbrt(body.particles_per_cell)));
         if (set.size() == 0 && h == loaded.scene.grid_spacing)
             problems.add(loaded.read.place(path), path,
-                         loaded.scene.bodies[i].particles.empty()
+                         filled
                              ? "has no particles; it must be larger than a few grid_spacing, or have more particles_per_cell"
                              : fmt::format("has no particles: there are none in {}", loaded.scene.bodies[i].particles));
         if (const double farthest = farthest_coordinate(loaded.scene); !is_near(set, farthest))
@@ -170,8 +163,7 @@ StartingParticles make_particles(const LoadedScene& loaded, double h) {
         for (auto& warning : overlaps(loaded, set, i)) start.warnings.push_back(warning);
         start.particles.append(set);
         start.counts.push_back(set.size());
-        const double rho = loaded.scene.materials.at(loaded.scene.bodies[i].material).rho;
-        start.volumes.push_back(std::accumulate(set.m.begin(), set.m.end(), 0.0) / rho);
+        start.volumes.push_back(volume);
     }
     problems.throw_if_any();
     return start;

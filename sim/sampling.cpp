@@ -74,36 +74,55 @@ std::vector<Vec3d> poisson_tile(int count, Random& random) {
     return points;
 }
 
-/// Calls f(i, j, k) for the cells of that width that touch the box.
-template <class F> void for_each_cell(const Bounds& b, double width, F&& f) {
-    const auto first = (b.lower / width).array().floor().eval(), last = (b.upper / width).array().floor().eval();
-    for (double i = first(0); i <= last(0); ++i)
-        for (double j = first(1); j <= last(1); ++j)
-            for (double k = first(2); k <= last(2); ++k) f(Vec3d(i, j, k));
+/// Calls f(cell) for those cells of that width, by their indices, that the shape comes near, in the order of their indices
+/// along x, then y, then z, as long as f returns true. `first` and `count`: the box of cells.
+template <class F> bool for_each_cell(const Shape& shape, double width, const Vec3d& first, const Vec3d& count, F&& f) {
+    const Nearby near = nearby(shape, width * (first + count / 2), width * count.norm() / 2 * (1 + 1e-9));
+    if (near.what == Nearby::nothing) return true;
+    const int axis = count(0) > 1 ? 0 : count(1) > 1 ? 1 : 2;
+    if (count(axis) <= 1) return f(first);
+    const double half = std::floor(count(axis) / 2);
+    Vec3d second = first, lower = count, upper = count;
+    second(axis) += half, lower(axis) = half, upper(axis) -= half;
+    const Shape& rest = near.what == Nearby::some ? near.shape : shape;
+    return for_each_cell(rest, width, first, lower, f) && for_each_cell(rest, width, second, upper, f);
+}
+template <class F> void for_each_cell(const Shape& shape, double width, F&& f) {
+    const Bounds b = bounds(shape);
+    if (b.empty()) return;
+    const Vec3d first = (b.lower / width).array().floor(), last = (b.upper / width).array().floor();
+    for_each_cell(shape, width, first, last - first + Vec3d::Ones(), f);
+}
+
+constexpr int tile_points = 4000;           // a tile is about 8 cells of the grid wide at 8 particles a cell
+
+/// Width of the cells [m] in which points are tried.
+double cell_width(const Body& body, double h) {
+    const double spacing = h / cube_root(body.particles_per_cell);
+    return spacing * (body.sampling == Sampling::poisson_disk ? cube_root(tile_points) : body.sampling == Sampling::lattice ? 1 : 4);
 }
 
 std::vector<Vec3d> points_in(const Body& body, double h, Random& random) {
     std::vector<Vec3d> points;
-    const Bounds b = bounds(body.shape);
-    if (b.empty()) return points;
+    const double width = cell_width(body, h);
     const auto keep = [&](const Vec3d& x) { if (signed_distance(body.shape, x) < 0) points.push_back(x); };
     switch (body.sampling) {
     case Sampling::poisson_disk: {
-        constexpr int count = 4000;                     // a tile: about 8 cells wide at 8 particles a cell
-        const double width = h * cube_root(count / body.particles_per_cell);
-        const std::vector<Vec3d> tile = poisson_tile(count, random);
-        for_each_cell(b, width, [&](const Vec3d& c) { for (const Vec3d& x : tile) keep(width * (c + x)); });
+        const std::vector<Vec3d> tile = poisson_tile(tile_points, random);
+        for_each_cell(body.shape, width, [&](const Vec3d& c) { for (const Vec3d& x : tile) keep(width * (c + x)); return true; });
         break;
     }
-    case Sampling::lattice: {
-        const double spacing = h / cube_root(body.particles_per_cell);
-        for_each_cell(b, spacing, [&](const Vec3d& c) { keep(spacing * (c + Vec3d::Constant(0.5))); });
+    case Sampling::lattice:
+        for_each_cell(body.shape, width, [&](const Vec3d& c) { return keep(width * (c + Vec3d::Constant(0.5))), true; });
         break;
-    }
     case Sampling::random: {
+        std::vector<Vec3d> cells;
+        for_each_cell(body.shape, width, [&](const Vec3d& c) { return cells.push_back(c), true; });
         const auto count = static_cast<std::size_t>(expected_count(body, h) + 0.5);
-        const Vec3d size = b.upper - b.lower;
-        while (points.size() < count) keep(b.lower + size.cwiseProduct(uniform_point(random)));
+        for (std::size_t tries = 0; points.size() < count && tries < 1000 * count && !cells.empty(); ++tries) {
+            const auto cell = static_cast<std::size_t>(uniform(random) * static_cast<double>(cells.size()));
+            keep(width * (cells[cell] + uniform_point(random)));
+        }
         break;
     }
     }
@@ -117,8 +136,15 @@ void ParticleSet::append(const ParticleSet& s) {
     add(x, s.x), add(v, s.v), add(m, s.m), add(V0, s.V0), add(Jp, s.Jp), add(Fe, s.Fe), add(material, s.material);
 }
 
+double tries(const Body& body, double h, double most) {
+    const double points = body.sampling == Sampling::poisson_disk ? tile_points : 1;
+    double all = 0;
+    for_each_cell(body.shape, cell_width(body, h), [&](const Vec3d&) { return (all += points) < most; });
+    return all;
+}
+
 double expected_count(const Body& body, double h) {
-    return volume(body.shape) / (h * h * h) * body.particles_per_cell;
+    return volume(body.shape, h / cube_root(body.particles_per_cell)) / (h * h * h) * body.particles_per_cell;
 }
 
 ParticleSet sample(const Body& body, double rho, double h, std::uint64_t seed, std::uint8_t material) {
@@ -129,7 +155,7 @@ ParticleSet sample(const Body& body, double rho, double h, std::uint64_t seed, s
     Vec3d center = Vec3d::Zero();
     for (const Vec3d& x : s.x) center += x / static_cast<double>(n);
     for (const Vec3d& x : s.x) s.v.push_back(body.velocity + body.angular_velocity.cross(x - center));
-    s.m.assign(n, n == 0 ? 0 : rho * volume(body.shape) / static_cast<double>(n));
+    s.m.assign(n, n == 0 ? 0 : rho * volume(body.shape, h / cube_root(body.particles_per_cell)) / static_cast<double>(n));
     s.V0.assign(n, 0);
     s.Jp.assign(n, 1);
     s.Fe.assign(n, Mat3d::Identity());

@@ -38,11 +38,14 @@ struct ParticleSet {
     void append(const ParticleSet&);
 };
 
-/// Fills the body with particles whose masses add up to rho · volume(shape).
+/// Fills the body with particles whose masses add up to ρ times its volume.
 /// Poisson-disk: no two nearer than a radius that the seed's tile has reached (about 0.8 of the mean spacing);
 /// lattice: a cubic one through the world's origin, shifted by half its spacing; random: independent points.
 /// The same seed gives the same particles on every machine.
 ParticleSet sample(const Body&, double rho, double h, std::uint64_t seed, std::uint8_t material);
+
+/// How many points `sample` tries, those near the shape; counted up to about `most`.
+double tries(const Body&, double h, double most);
 
 /// How many particles `sample` will make, to about 1 %, without making them.
 double expected_count(const Body&, double h);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 namespace firn {
 namespace {
@@ -115,26 +114,35 @@ Bounds box_of(const Union& s) {
 }
 Bounds box_of(const Difference& s) { return s.shapes.empty() ? Bounds{} : bounds(s.shapes[0]); }
 
-constexpr double pi = std::numbers::pi;
-double volume_of(const Shape&, const Plane&) { return infinity; }
-double volume_of(const Shape&, const Sphere& s) { return 4 * pi / 3 * s.radius * s.radius * s.radius; }
-double volume_of(const Shape&, const Box& s) { return s.size.prod(); }
-double volume_of(const Shape&, const Cylinder& s) { return pi * s.radius * s.radius * (s.to - s.from).norm(); }
-double volume_of(const Shape&, const Capsule& s) {
-    return pi * s.radius * s.radius * ((s.to - s.from).norm() + 4 * s.radius / 3);
+Nearby part_near(const Union& s, const Vec3d& x, double r) {
+    Union near;
+    for (const Shape& part : s.shapes) {
+        Nearby of_part = nearby(part, x, r);
+        if (of_part.what == Nearby::everything) return of_part;
+        if (of_part.what == Nearby::some) near.shapes.push_back(std::move(of_part.shape));
+    }
+    if (near.shapes.empty()) return {Nearby::nothing};
+    if (near.shapes.size() == 1) return {Nearby::some, Shape(near.shapes.front())};
+    return {Nearby::some, std::move(near)};
 }
-double volume_of(const Shape&, const Ellipsoid& s) { return 4 * pi / 3 * s.radii.prod(); }
-template <class Compound> double volume_of(const Shape& shape, const Compound&) {
-    constexpr int n = 100;
-    const Bounds b = bounds(shape);
-    if (b.empty()) return 0;
-    const Vec3d cell = (b.upper - b.lower) / n;
-    long inside = 0;
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j)
-            for (int k = 0; k < n; ++k)
-                inside += signed_distance(shape, b.lower + cell.cwiseProduct(Vec3d(i + 0.5, j + 0.5, k + 0.5))) < 0;
-    return static_cast<double>(inside) * cell.prod();
+Nearby part_near(const Difference& s, const Vec3d& x, double r) {
+    if (s.shapes.empty()) return {Nearby::nothing};
+    Nearby first = nearby(s.shapes.front(), x, r);
+    if (first.what == Nearby::nothing) return first;
+    Difference near{{first.what == Nearby::some ? first.shape : s.shapes.front()}};
+    for (std::size_t i = 1; i < s.shapes.size(); ++i) {
+        Nearby less = nearby(s.shapes[i], x, r);
+        if (less.what == Nearby::everything) return {Nearby::nothing};
+        if (less.what == Nearby::some) near.shapes.push_back(std::move(less.shape));
+    }
+    if (near.shapes.size() == 1) return first;
+    return {Nearby::some, std::move(near)};
+}
+template <class Simple> Nearby part_near(const Simple& s, const Vec3d& x, double r) {
+    const double d = distance(s, x);
+    if (d >= r) return {Nearby::nothing};
+    if (d <= -r) return {Nearby::everything};
+    return {Nearby::some, s};
 }
 
 }  // namespace
@@ -148,8 +156,8 @@ Vec3d outward_normal(const Shape& shape, const Vec3d& x) {
 Bounds bounds(const Shape& shape) {
     return std::visit([](const auto& s) { return box_of(s); }, shape.kind());
 }
-double volume(const Shape& shape) {
-    return std::visit([&](const auto& s) { return volume_of(shape, s); }, shape.kind());
+Nearby nearby(const Shape& shape, const Vec3d& x, double r) {
+    return std::visit([&](const auto& s) { return part_near(s, x, r); }, shape.kind());
 }
 
 }  // namespace firn

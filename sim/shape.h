@@ -25,7 +25,7 @@ struct Shape : std::variant<Sphere, Plane, Box, Cylinder, Capsule, Ellipsoid, Un
 };
 
 /// φ(x) [m]: below zero inside. Exact distance for plane, sphere, box, cylinder and capsule; for an
-/// ellipsoid, a union or a difference only the sign is exact.
+/// ellipsoid, a union or a difference only the sign is exact, and |φ| is at most the distance.
 double signed_distance(const Shape&, const Vec3d& x);
 
 /// n = ∇φ(x), of unit length; on an edge or at a centre, one of the directions that it could have.
@@ -41,7 +41,15 @@ struct Bounds {
 /// The smallest box that is sure to hold the shape; infinite for a plane.
 Bounds bounds(const Shape&);
 
-/// Volume [m³]: closed forms, and for unions and differences a sum over 10⁶ cells of the bounds.
-double volume(const Shape&);
+/// What of a shape lies within r [m] of x: nothing, everything, or `shape`, without the parts that do not reach there.
+struct Nearby {
+    enum { nothing, everything, some } what;
+    Shape shape{};
+};
+Nearby nearby(const Shape&, const Vec3d& x, double r);
+
+/// Volume [m³]: closed forms; of a union or a difference to a thousandth (volume.cpp), unless parts are thinner than
+/// `resolution` [m].
+double volume(const Shape&, double resolution);
 
 }  // namespace firn

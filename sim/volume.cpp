@@ -15,9 +15,7 @@ constexpr double pi = std::numbers::pi;
 /// The share of the cube |y_a| ≤ s in which g·y + φ < 0, the plane's side below: with m_a = |g_a|, α = (s Σ m − φ)/(2s),
 ///   Σ_S (−1)^|S| max(0, α − Σ_{a∈S} m_a)³ / (6 m_x m_y m_z)   over the subsets S of the axes.
 double share_below(const Vec3d& g, double phi, double s) {
-    const double steepest = g.cwiseAbs().maxCoeff();
-    if (!(steepest > 0)) return phi < 0 ? 1 : 0;
-    const Vec3d m = g.cwiseAbs().cwiseMax(1e-4 * steepest);     // a plane along an axis would divide by 0
+    const Vec3d m = g.cwiseAbs().cwiseMax(1e-4 * g.cwiseAbs().maxCoeff());     // a plane along an axis would divide by 0
     const double alpha = (s * m.sum() - phi) / (2 * s);
     double sum = 0;
     for (int subset = 0; subset < 8; ++subset) {
@@ -29,15 +27,24 @@ double share_below(const Vec3d& g, double phi, double s) {
     return std::clamp(sum / (6 * m.prod()), 0.0, 1.0);
 }
 
+/// Whether φ changes its sign where it becomes 0 when one goes from x along or against the gradient. Where parts touch
+/// within a union, or what is taken away ends with the rest, it does not, and there is no surface.
+bool meets_surface(const Shape& shape, const Vec3d& x, double phi, const Vec3d& gradient, double beyond) {
+    if (!std::holds_alternative<Union>(shape.kind()) && !std::holds_alternative<Difference>(shape.kind())) return true;
+    const double slope = gradient.norm();
+    Vec3d y = x;
+    double left = phi;
+    for (int newton = 0; newton < 3; ++newton) y -= left / (slope * slope) * gradient, left = signed_distance(shape, y);
+    return phi * signed_distance(shape, y - (phi < 0 ? -beyond : beyond) / slope * gradient) <= 0;
+}
+
 /// The share of the cube with half the edge s that is inside, the surface taken as a plane there.
 double share_inside(const Shape& shape, const Vec3d& center, double s) {
-    const double e = s / 8;
+    const double e = s / 8, phi = signed_distance(shape, center);
     Vec3d gradient;
     for (int a = 0; a < 3; ++a)
         gradient(a) = (signed_distance(shape, center + e * Vec3d::Unit(a)) - signed_distance(shape, center - e * Vec3d::Unit(a))) / (2 * e);
-    const double phi = signed_distance(shape, center), slope = gradient.squaredNorm();
-    // Where parts touch within a union, or what is taken away ends with the rest, φ = 0 is no surface: the side stays the same.
-    if (slope > 0 && phi * signed_distance(shape, center - (phi / slope + (phi < 0 ? -e : e) / std::sqrt(slope)) * gradient) > 0) return phi < 0 ? 1 : 0;
+    if (!(gradient.norm() > 0) || !meets_surface(shape, center, phi, gradient, 1e-4 * s)) return phi < 0 ? 1 : 0;
     return share_below(gradient, phi, s);
 }
 
@@ -55,18 +62,21 @@ double volume_in_cube(const Shape& shape, const Vec3d& center, double s, double 
     return sum;
 }
 
-/// Smaller cubes until the sum stands still, or there are so many that nothing thin can matter.
+/// Smaller cubes until the sum stands still (its error goes with s², so the change before was four times as large), or there
+/// are so many that nothing thin can matter.
 double volume_by_cubes(const Shape& shape, double resolution) {
     constexpr double settled = 2e-4, finest = 1.0 / 64;
     constexpr long most = 500'000;
     const Bounds b = bounds(shape);
     if (b.empty()) return 0;
     const double s = (b.upper - b.lower).maxCoeff() / 2;
-    double before = -1, now = 0, least = s / 32;
+    double now = 0, change = 1e300, least = s / 32;
     for (long cut = 0; cut <= most && least >= std::min(finest * resolution, s / 128); least /= 2) {
-        before = now, cut = 0;
+        const double before = now, change_before = change;
+        cut = 0;
         now = volume_in_cube(shape, (b.lower + b.upper) / 2, s, least, cut);
-        if (least <= resolution / 4 && std::abs(now - before) <= settled * now) break;
+        change = std::abs(now - before);
+        if (least <= resolution / 4 && change <= settled * now && change_before <= 5 * settled * now) break;
     }
     return now;
 }

@@ -287,19 +287,22 @@ TEST_CASE("A body whose particles have another volume than their mass is told", 
     CHECK_THAT(own[0], Catch::Contains("1.5 times") && Catch::EndsWith("set rho to 267, or take the volumes out of the file"));
 }
 
-TEST_CASE("A shape that would keep sampling busy for hours is refused where it stands", "[scene]") {
+TEST_CASE("Parts lie as far apart as they like; what would keep sampling busy for hours, or is too thin, is refused where it stands", "[scene]") {
     const auto apart = [](const std::string& distance, const std::string& sampling) {
         return load("grid_spacing: 0.02\nbodies:\n  - sampling: " + sampling +
                     "\n    shape: {union: [{sphere: {radius: 0.1}}, {sphere: {center: [" + distance + ", " + distance +
                     ", " + distance + "], radius: 0.1}}]}\n");
     };
-    for (const char* sampling : {"poisson_disk", "lattice", "random"})
-        CHECK_THROWS_WITH(make_particles(apart("100", sampling), 0.02),
-                          Catch::Contains("ball.yaml:4:12: bodies.0.shape: fills so little of the box around it") &&
-                              Catch::Contains("bodies of their own"));
-    CHECK(make_particles(apart("0.5", "lattice"), 0.02).counts[0] > 1000);
+    for (const char* sampling : {"poisson_disk", "lattice", "random"}) {     // however far apart
+        const StartingParticles start = make_particles(apart("100", sampling), 0.02);
+        CHECK(start.counts[0] == Approx(2 * 4189).epsilon(0.05));
+        CHECK(start.volumes[0] == Approx(2 * 4.18879e-3).epsilon(1e-3));
+    }
     CHECK_THROWS_WITH(make_particles(load("grid_spacing: 0.02\nbodies: [{shape: {box: {size: [1e4, 1e-6, 1e4]}}}]\n"), 0.02),
-                      Catch::Contains("bodies.0.shape: fills so little"));
+                      Catch::Contains("bodies.0.shape: has so much surface"));
+    const std::string sheet = "{box: {center: [0, 1, 0], size: [20, 1e-3, 20]}}";
+    CHECK_THROWS_WITH(make_particles(load("grid_spacing: 0.1\nbodies:\n  - shape: {union: [" + sheet + ", {sphere: {radius: 0.01}}]}\n"), 0.1),
+                      Catch::Contains("ball.yaml:3:5: bodies.0: is thinner than its particles are apart, 0.05 m"));
 }
 
 TEST_CASE("Aliases, block style, a byte order mark and Windows line ends are read", "[scene]") {

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 
+
 using namespace firn;
 
 namespace {
@@ -46,11 +47,48 @@ TEST_CASE("bounds hold the shape and volumes are those of the inside", "[shape]"
         }
         CAPTURE(s.index());
         CHECK(beyond == 0);
-        CHECK(volume(s) == Approx(inside * (b.upper - b.lower).prod() / n).epsilon(0.01));
+        CHECK(volume(s, 0.05) == Approx(inside * (b.upper - b.lower).prod() / n).epsilon(0.01));
     }
 }
 
 TEST_CASE("an empty union has no inside", "[shape]") {
     CHECK(bounds(Shape(Union{})).empty());
     CHECK(signed_distance(Shape(Union{}), Vec3d::Zero()) > 0);
+}
+
+// Unions and differences whose volumes are known.
+TEST_CASE("volumes of compound shapes are right to a thousandth", "[shape]") {
+    constexpr double pi = std::numbers::pi;
+    RandomInput random;
+    const auto between = [&](double a, double b) { return a + (b - a) * (random.bits() >> 11) * 0x1p-53; };
+    const auto hollow = [](const Vec3d& at, const Vec3d& size, double wall) {
+        return Shape(Difference{{Shape(Box{at, size}), Shape(Box{at, size - Vec3d::Constant(2 * wall)})}});
+    };
+    const auto box_volume = [](const Vec3d& size, double wall) { return size.prod() - (size - Vec3d::Constant(2 * wall)).prod(); };
+    const double spacing = 0.02;
+    const auto check = [&](const Shape& shape, double exact) {
+        CAPTURE(exact, volume(shape, spacing) / exact - 1);
+        CHECK(volume(shape, spacing) == Approx(exact).epsilon(1e-3));
+    };
+    for (int i = 0; i < 2; ++i) {
+        const Vec3d at = random.vector(), size(between(0.5, 2), between(0.5, 2), between(0.5, 2));
+        for (const double wall : {0.1, 0.03, 0.02}) check(hollow(at, size, wall), box_volume(size, wall));
+        const double R = between(0.3, 1), t = between(0.02, 0.05);
+        check(Difference{{Shape(Sphere{at, R}), Shape(Sphere{at, R - t})}}, 4 * pi / 3 * (R * R * R - (R - t) * (R - t) * (R - t)));
+        const Vec3d to = at + random.vector();     // a pipe
+        check(Difference{{Shape(Cylinder{at, to, R}), Shape(Cylinder{at - (to - at), to + (to - at), R - t})}},
+              pi * (R * R - (R - t) * (R - t)) * (to - at).norm());
+        const double x = between(-0.9, 0.9) * R;    // a cap of height R − x
+        check(Difference{{Shape(Sphere{at, R}), Shape(Plane{at + x * Vec3d(0, 1, 0), {0, 1, 0}})}},
+              pi * (R - x) * (R - x) * (2 * R + x) / 3);
+        check(Difference{{Shape(Ellipsoid{at, size}), Shape(Plane{at, random.vector()})}}, 2 * pi / 3 * size.prod());
+    }
+    for (const double apart : {2.0, 20.0, 1e4}) {
+        const Vec3d far = apart * Vec3d(1, 1, 1).normalized();
+        check(Union{{Shape(Sphere{{0, 0, 0}, 0.5}), Shape(Sphere{far, 0.3})}}, 4 * pi / 3 * (0.125 + 0.027));
+    }
+    check(Union{{Shape(Box{{0, 0, 0}, {2, 0.01, 2}}), Shape(Box{{0, 1, 0}, {2, 0.01, 2}})}}, 0.08);
+    Union bricks;                                   // 343 of them, which touch
+    for (int i = 0; i < 343; ++i) bricks.shapes.push_back(Box{0.1 * Vec3d(i % 7, i / 7 % 7, i / 49), {0.1, 0.1, 0.1}});
+    check(bricks, 0.343);
 }
